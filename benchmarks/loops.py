@@ -10,10 +10,9 @@ import xarray as xr
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 
-from knitstudy.knit.geometry.drawn_loop import TIGHT, LoopTarget
-from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.fit import InfeasibleLoop, fitted_loop
+from knitstudy.knit.geometry.loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
-from knitstudy.knit.geometry.loop_room import InfeasibleLoop
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.configuration import load_scene

@@ -1,10 +1,10 @@
-"""Half spaces that touch, by Hertz and Mindlin: the limit of small patches of `repulsion.CrossedCylinders`."""
+"""Half spaces that touch, by Hertz and Mindlin: the limit of small patches of `laws.CrossedCylinders`."""
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-from knitstudy.mechanics.beams.repulsion import Power
+from knitstudy.mechanics.beams.laws import Patch, Power
 
 
 def overlap(law: Power, force: float) -> float:
@@ -25,7 +25,7 @@ def hertz(
     """
     contact_modulus = youngs_modulus / (2 * (1 - poisson_ratio**2))
     mindlin = 2 * (1 - poisson_ratio) / (2 - poisson_ratio)
-    return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5, mindlin)
+    return Power(4 / 3 * contact_modulus * np.sqrt(radius), 1.5, mindlin, Patch(poisson_ratio))
 
 
 def surface(x, y, k):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from knitstudy.knit.loading.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
+from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 

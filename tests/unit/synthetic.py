@@ -4,10 +4,10 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.knit.contacts.segments import KINDS, segments
+from knitstudy.knit.geometry.columns import STRESSES
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
-from knitstudy.knit.loading.columns import STRESSES
-from knitstudy.knit.yarns.contact_springs import spring_axes
+from knitstudy.knit.yarns.joints import spring_axes
 
 TERMS = ("distance", "continuous", "join", "bending", "length", "total")
 

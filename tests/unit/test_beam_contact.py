@@ -10,16 +10,16 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.knit.models.beam.contact import joined
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import Axes, ContactPoints
+from knitstudy.mechanics.beams.laws import CrossedCylinders, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
-from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
-from knitstudy.mechanics.beams.state import BeamState
 
 UNEVEN = np.array([0.0, 1.0, 1.6, 2.9, 4.0, 4.5, 6.0])
 TWO = np.repeat([0, 1], len(UNEVEN))
-LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.of(1.3e9, 0.42, 0.9e-3)]
+LAWS = [Power(3.0), hertz(1.3e9, 0.42, 0.9e-3), CrossedCylinders.elastic(1.3e9, 0.42, 0.9e-3)]
 
 
 @pytest.mark.parametrize("stretch", [1.5, 0.9])
@@ -49,7 +49,7 @@ def test_stiffness_and_stiffening_are_derivatives_of_force(law):
 
 
 def test_cylinders_that_cross_are_half_spaces_where_patches_are_small():
-    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`repulsion.CrossedCylinders`)."""
+    """Beyond, they are stiffer, as yarns give way less: by 17 % at 0.03 R (`laws.CrossedCylinders`)."""
     half_spaces, cylinders = LAWS[1:]
     approach = 0.9e-3 * np.array([1e-6, 0.03])
     np.testing.assert_allclose(

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.models.beam.contact import pressed
+from knitstudy.knit.models.beam.contact import contact_of
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import Elements, Section
+from knitstudy.mechanics.beams.beam import BeamSection, Elements
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.rotation import exp
 from knitstudy.run.configuration import load_scene
 
 
 def test_circular_section():
-    section = Section.circular(diameter=2.0, youngs_modulus=100.0, poisson_ratio=0.25)
+    section = BeamSection.circular(diameter=2.0, youngs_modulus=100.0, poisson_ratio=0.25)
     assert section.EA == pytest.approx(100 * np.pi)
     assert section.EI == pytest.approx(100 * np.pi / 4)
     assert section.GJ == pytest.approx(40 * np.pi / 2)
@@ -23,7 +23,7 @@ def test_circular_section():
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
     """With the factor kGA / EA both ends clamped give 1 / (L^3 / 12 EI + L / kGA) (MacNeal 1978)."""
     EA, kGA, EI, L = 7e3, 2e3, 5.0, 0.8
-    element = Elements.between(np.array([[L, 0, 0]]), Section(EA, kGA, EI, 3.0, slenderness=kGA / EA))
+    element = Elements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
     now = beam.deform(element, np.array([[L, 0.0, 0.0]]), np.eye(3)[None], np.eye(3)[None])
     K = beam.stiffness(element, now)[0]
     assert K[7, 7] == pytest.approx(1 / (L**3 / (12 * EI) + L / kGA), rel=1e-14)
@@ -33,7 +33,7 @@ CHORDS = np.array([[0.3, 0.0, 0.1], [0.0, -0.4, 0.2], [0.2, 0.2, 0.2]])
 
 
 def test_curved_section_of_straight_rods_is_the_straight_one_but_for_its_shear_factor():
-    straight = Section.circular(1.8, 1.3e3, 0.42).stiffness(CHORDS)
+    straight = BeamSection.circular(1.8, 1.3e3, 0.42).stiffness(CHORDS)
     curved = CurvedSection(0.9, 1.3e3, 0.42, np.zeros((3, 3))).stiffness(CHORDS)
     np.testing.assert_allclose(curved[:, 3:, 3:], straight[:, 3:, 3:], rtol=1e-9, atol=1e-7)
     t = CHORDS / np.linalg.norm(CHORDS, axis=1)[:, None]
@@ -68,5 +68,5 @@ def test_rod_bent_too_tightly_is_refused(bend):
 def test_friction_takes_the_place_of_normal_forces(friction, share):
     """Sticking yarns pull in all directions; nu R^2 / c is 1.645 at nu = 0.42."""
     scene = load_scene("beam-hertz-patch-isotropic-course").vary({"contact.friction": friction})
-    assert pressed(scene) == pytest.approx(share, abs=2e-3)
-    assert pressed(scene.vary({"interaction": "rough"})) == 0.0
+    assert contact_of(scene).pressed == pytest.approx(share, abs=2e-3)
+    assert contact_of(scene.vary({"interaction": "rough"})).pressed == 0.0

@@ -7,7 +7,7 @@ import pytest
 import study
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
 from knitstudy.knit.scene.scene import Scene

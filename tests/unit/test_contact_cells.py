@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.models.spline_yarns.build import space_on, yarn_spans
+from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
 from knitstudy.knit.yarns.discretisation import COARSE, contact_surfaces
 
 
@@ -22,7 +22,9 @@ def knit(scene, knit_of):
 
 
 def test_cells_are_small_near_crossings_only(scene, knit):
-    _, rings = contact_surfaces(scene, space_on(scene, yarn_spans(scene, knit)), knit)
+    _, rings = contact_surfaces(
+        undeformed_yarns(scene, knit)[0], knit, scene.contact.cell, scene.contact.window
+    )
     cell, window = scene.contact.cell * knit.radius, scene.contact.window * knit.radius
     for yarn, edges in enumerate(rings.arc_length):
         stations = knit.crossings.arc_length[knit.crossings.yarn == yarn]
@@ -38,6 +40,6 @@ def test_cells_are_small_near_crossings_only(scene, knit):
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
     wide = scene.vary({"contact.window": 4.0})
     thick = replace(knit, radius=2 * knit.radius)
-    space = space_on(wide, yarn_spans(wide, thick))
+    space = undeformed_yarns(wide, thick)[0]
     with pytest.raises(ConfigurationError, match=r"two crossings of a yarn are .* contact\.window, 4\.00"):
-        contact_surfaces(wide, space, thick)
+        contact_surfaces(space, thick, wide.contact.cell, wide.contact.window)

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from tubes import tube
 
-from knitstudy.knit.mesh.spacing import drawn_angles
+from knitstudy.knit.mesh.section import drawn_angles
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.surface import interpolate, project
 from knitstudy.mechanics.contact.tangent import Quadrature

@@ -13,8 +13,8 @@ from knitstudy.knit.contacts.kinematics import (
     segment_contraction,
     twist,
 )
+from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.specimens import yarn_pair
-from knitstudy.knit.loading.columns import CONTACTS
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build, solve
 from knitstudy.mechanics.rotation import exp

@@ -10,9 +10,9 @@ from knitstudy import registry
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import write_dataset
 from knitstudy.knit.geometry import readers
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric import of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.readers import centreline, read_fabric
 from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
 

@@ -18,9 +18,9 @@ from PIL import Image
 from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.knit.contacts.contacts import extract
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.yarns.joints import contacts_of_crossings

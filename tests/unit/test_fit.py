@@ -8,12 +8,10 @@ from loops import KEPT, OUTCOMES, loop_map
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_table
-from knitstudy.knit.geometry.drawn_loop import LoopTarget, peirce_length
-from knitstudy.knit.geometry.fit import ROUNDS, fitted_loop
+from knitstudy.knit.geometry.fit import ITERATIONS, LARGEST_CURVATURE, ROUNDS, InfeasibleLoop, fitted_loop
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop import Loop, LoopTarget, peirce_length
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
-from knitstudy.knit.geometry.loop_room import ITERATIONS, LARGEST_CURVATURE, InfeasibleLoop
 from knitstudy.knit.geometry.symmetry import symmetries
 from knitstudy.knit.scene.alternatives import diameter_of, read_points
 from knitstudy.run.configuration import load_scene

@@ -10,6 +10,7 @@ import pytest
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
 from knitstudy.knit.loading.gates import (
     expected_work,
+    fewest_across,
     require_closed_ledger,
     require_elements_across,
     require_integrated_contact,
@@ -99,11 +100,7 @@ def increment(viscous=0.0, **energy):
     return Increment(3, 0.5, None, Response(np.zeros(3), 1.0, energy, viscous_force=viscous), 0.1)
 
 
-def gated(hourglass=0.005, stabilisation=1e-4):
-    return SimpleNamespace(
-        solver=SimpleNamespace(hourglass=hourglass, stabilisation=stabilisation),
-        gates=SimpleNamespace(hourglass=0.05, stabilisation=0.05, viscous_force=0.05),
-    )
+GATES = SimpleNamespace(stabilisation=0.05, viscous_force=0.05)
 
 
 @pytest.mark.parametrize(
@@ -116,11 +113,10 @@ def gated(hourglass=0.005, stabilisation=1e-4):
 )
 def test_hourglass_modes_that_carry_or_run_free(coefficient, energy, remedy):
     """Without stiffness they cost nothing and move most: their cost with the usual one counts."""
-    scene = gated(coefficient)
     message = rf"increment 3: hourglass energy.*gates\.hourglass allows 5\.0%\. {remedy}"
     with pytest.raises(ConvergenceError, match=message):
-        require_small_hourglass(scene, increment(internal=1.0, hourglass=energy))
-    require_small_hourglass(scene, increment(internal=1.0, hourglass=energy / 100))
+        require_small_hourglass(increment(internal=1.0, hourglass=energy), 0.05, coefficient)
+    require_small_hourglass(increment(internal=1.0, hourglass=energy / 100), 0.05, coefficient)
 
 
 @pytest.mark.parametrize(
@@ -133,7 +129,8 @@ def test_hourglass_modes_that_carry_or_run_free(coefficient, energy, remedy):
     ],
 )
 def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
-    arguments = gated(), increment(force, internal=2.0, stabilisation=damped), np.array([0.0, 6.0, 8.0])
+    state = increment(force, internal=2.0, stabilisation=damped)
+    arguments = state, GATES, 1e-4, np.array([0.0, 6.0, 8.0])
     if message is None:
         require_small_viscosity(*arguments)
         return
@@ -143,28 +140,28 @@ def test_stabilisation_that_dissipates_or_pulls(damped, force, message):
 
 def test_drag_on_loose_yarns_that_carries_load():
     """What viscous flows have dissipated is not counted: they have a gate of their own."""
-    loose, reaction = gated(stabilisation=0.0), np.array([0.0, 6.0, 8.0])
+    loose = GATES, 0.0, np.array([0.0, 6.0, 8.0])
     flowed = replace(increment(0.4, internal=2.0, stabilisation=1.09), damped=1.0)
-    require_small_viscosity(loose, flowed, reaction)
+    require_small_viscosity(flowed, *loose)
     message = r"increment 3: the drag on yarns .* is 6\.0% of the reaction, 10 N; .* Tie or grip these yarns"
     with pytest.raises(ConvergenceError, match=message):
-        require_small_viscosity(loose, increment(0.6, internal=2.0), reaction)
+        require_small_viscosity(increment(0.6, internal=2.0), *loose)
     with pytest.raises(ConvergenceError, match=r"the drag on yarns .* has dissipated 6\.0% of"):
-        require_small_viscosity(loose, replace(flowed, damped=0.97), reaction)
+        require_small_viscosity(replace(flowed, damped=0.97), *loose)
 
 
 def test_viscous_flows_are_measured_against_what_yarns_store_at_rest_too():
     """A slack cell may store less under load than at rest."""
     gates = SimpleNamespace(flow=0.05, ledger=0.05, penalty=0.05)
-    scene = SimpleNamespace(gates=gates, yarn=SimpleNamespace(youngs_modulus=1.0, diameter=1.0))
+    yarn = SimpleNamespace(youngs_modulus=1.0, diameter=1.0)
     recorder = recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2)
     flowed = replace(increment(internal=-0.5), damped=0.1)
     message = (
         r"increment 3: viscous flows.*dissipated more than the internal energy; gates\.flow allows 5\.0%"
     )
     with pytest.raises(ConvergenceError, match=message):
-        require_sound(scene, None, flowed, recorder)
-    require_sound(scene, None, flowed, recorder, internal=lambda response: 4.0 + response.energy["internal"])
+        require_sound(flowed, recorder, gates, yarn)
+    require_sound(flowed, recorder, gates, yarn, internal=lambda response: 4.0 + response.energy["internal"])
 
 
 @pytest.mark.parametrize(
@@ -172,27 +169,20 @@ def test_viscous_flows_are_measured_against_what_yarns_store_at_rest_too():
     [("knit", 1.0, 2.5, 3), ("pair", 1.0, 6.9, 7), ("pair", 2.0, 3.4, 3.5), ("pair", 3.0, 2.9, 3)],
 )
 def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, needed):
-    def scene(across, asked=None):
-        mesh = SimpleNamespace(size=2 / across, refinement=refinement)
-        return SimpleNamespace(specimen=specimen, mesh=mesh, gates=SimpleNamespace(elements_across=asked))
-
+    fewest = fewest_across(specimen, refinement)
     with pytest.raises(
         MeshError, match=rf"mesh\.size is .*gates\.elements_across asks for {needed}: use"
     ) as caught:
-        require_elements_across(scene(across))
-    require_elements_across(scene(2 / float(str(caught.value).split(": use ")[1].split()[0])))
-    require_elements_across(scene(needed))
-    require_elements_across(scene(across, asked=2))
+        require_elements_across(2 / across, fewest)
+    require_elements_across(float(str(caught.value).split(": use ")[1].split()[0]), fewest)
+    require_elements_across(2 / needed, fewest)
 
 
 def test_points_that_miss_the_pressure_of_a_cell():
-    def scene(points):
-        return SimpleNamespace(contact=SimpleNamespace(points=points))
-
     for points, missed in ((1, "100%"), (2, "24%")):
         with pytest.raises(MeshError, match=rf"contact\.points is {points}: .*{missed}.*use 3 or more"):
-            require_integrated_contact(scene(points))
-    require_integrated_contact(scene(3))
+            require_integrated_contact(points)
+    require_integrated_contact(3)
 
 
 def test_a_mesh_that_does_not_fit_into_memory():

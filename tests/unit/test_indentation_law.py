@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
+from knitstudy.mechanics.contact.compliance import ALONG, NORMAL, half_space_compliance
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
-from knitstudy.mechanics.contact.patch_compliance import ALONG, NORMAL
-from knitstudy.mechanics.contact.patched_yarn import half_space_compliance
 
 POISSON, MODULUS, RADIUS = 0.4, 1300.0, 0.5
 

@@ -6,11 +6,12 @@ import pytest
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.elements.hexahedron import (
     CORNERS,
+    NATURAL,
     InverseMap,
     natural_coordinates,
+    quadratic_shape,
     shape,
 )
-from knitstudy.mechanics.elements.quadratic import NATURAL, quadratic_shape
 
 KINDS = pytest.mark.parametrize("shape", [shape, quadratic_shape], ids=["linear", "quadratic"])
 

@@ -7,7 +7,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.contacts.kinematics import section_motion
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quality import check_folding
-from knitstudy.knit.mesh.spacing import Grading, drawn
+from knitstudy.knit.mesh.section import Grading, drawn
 
 RADIUS, SIZE = 0.9e-3, 1 / 3
 GRADING = Grading(3.0, reach=1.0, ramp=2.0)

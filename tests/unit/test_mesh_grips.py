@@ -22,13 +22,8 @@ def mesh(knit):
     return mesh_fabric(knit, SIZE, GROWTH, 2.0, "wale")
 
 
-@pytest.fixture
-def scene(plain_scene):
-    return plain_scene.replace("load.direction", "wale")
-
-
-def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(scene, knit, mesh):
-    ends = grips(mesh, scene, knit)
+def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(knit, mesh):
+    ends = grips(mesh, knit, "wale")
     for nodes, yarn, arcs in (
         (ends.held, 0, sinker_arcs(knit)),
         (ends.driven, knit.cells[1], head_arcs(knit)),
@@ -46,9 +41,9 @@ def test_sinkers_of_the_bottom_yarn_are_held_and_heads_of_the_top_yarn_driven(sc
         assert (sign * (mesh.centres[slices, 1] - level) > 0).all()
 
 
-def test_a_mesh_without_slices_where_grips_end_is_refused(scene, knit, plain):
+def test_a_mesh_without_slices_where_grips_end_is_refused(knit, plain):
     with pytest.raises(MeshError, match=r"mesh of yarn 0: no slice at s = .* where a grip ends"):
-        grips(plain, scene, knit)
+        grips(plain, knit, "wale")
 
 
 def test_yarns_that_overlap():

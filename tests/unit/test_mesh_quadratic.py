@@ -8,10 +8,9 @@ from curves import Helix, Straight
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.mesh.quadratic import quadratic_mesh
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing
+from knitstudy.knit.mesh.section import Section, Spacing
 from knitstudy.knit.mesh.sweep import sweep
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
 
 RADIUS = 0.9

@@ -9,7 +9,7 @@ import pytest
 import scipy.sparse as sp
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.mechanics import guided
+from knitstudy.mechanics import continuation
 from knitstudy.mechanics.increment import (
     TRIALS,
     PrescribedDisplacement,
@@ -216,7 +216,7 @@ def test_a_guide_begins_increments_where_another_model_ends_them():
 @pytest.mark.parametrize("hold", [1e-2, 1.0])
 def test_springs_hold_the_first_guess_of_a_guide_and_none_is_left(hold, monkeypatch):
     """The first iteration stays nearer to the guess; the state in the end is balanced without springs."""
-    monkeypatch.setattr(guided, "CLOSED", 1e-3)
+    monkeypatch.setattr(continuation, "CLOSED", 1e-3)
     guess = np.array([0.0, 0.5, 1.5, 3.0])
     law = lambda e: np.array([1.0, 4.0, 16.0]) * e, lambda e: np.array([1.0, 4.0, 16.0])
     chain, seen = Chain(4, *law), []

@@ -7,7 +7,6 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.knit.loading.gates import require_apart
 from knitstudy.knit.loading.history import Recorder, Stations
 from knitstudy.knit.loading.overlap import Repeats, largest_overlap
-from knitstudy.run.configuration import load_scene
 
 S = np.linspace(0, 20, 41)
 
@@ -71,12 +70,11 @@ def test_a_lattice_is_stretched_and_sheared():
 
 
 def test_the_gate_names_the_depth_and_the_key():
-    scene = load_scene("cell-course")
     recorder = Recorder.__new__(Recorder)
     recorder.columns = {"largest_overlap": [0.2, 0.61]}
     with pytest.raises(
         ConvergenceError, match=r"increment 3: yarns pass 0.61 radii .*gates.overlap allows 0.5"
     ):
-        require_apart(scene, recorder, 3)
+        require_apart(recorder, 3, 0.5)
     recorder.columns["largest_overlap"].append(0.49)
-    require_apart(scene, recorder, 4)
+    require_apart(recorder, 4, 0.5)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.contact.patch_compliance import (
+from knitstudy.mechanics.contact.compliance import (
     missing_compliance,
     missing_tie_compliance,
     surface_compliance,

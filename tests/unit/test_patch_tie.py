@@ -10,7 +10,7 @@ from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, Discs, tie_crossings
-from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
+from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.rotation import exp
 from knitstudy.run.configuration import load_scene
 

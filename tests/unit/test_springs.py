@@ -7,8 +7,7 @@ import synthetic
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.knit.models.rom3d.build import spring_joints
 from knitstudy.knit.simulate import build
-from knitstudy.knit.yarns.contact_springs import contact_normals, spring_axes, springs
-from knitstudy.knit.yarns.joints import Joints, joint_points
+from knitstudy.knit.yarns.joints import Joints, contact_normals, joint_points, spring_axes, springs
 
 STIFFNESS = np.array([80e3, 60e3, 900e3])  # of the contacts below along x, y and z [N/m]
 

@@ -7,9 +7,9 @@ import pytest
 
 from knitstudy.errors import ConfigurationError, GeometryError
 from knitstudy.knit.geometry.crossings import plane_crossings
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.knit.geometry.stitches import sides
 from knitstudy.knit.scene.stitches import size_of_repeat

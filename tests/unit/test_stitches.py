@@ -7,12 +7,11 @@ import numpy as np
 import pytest
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.knit.geometry.fit import fitted_loop
+from knitstudy.knit.geometry.fit import LARGEST_CURVATURE, fitted_loop
 from knitstudy.knit.geometry.lay_out import all_of_repeat
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
-from knitstudy.knit.geometry.loop_room import LARGEST_CURVATURE
 from knitstudy.knit.geometry.specimens import cut_cells, endless_cell
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.run.configuration import load_scene

@@ -10,7 +10,7 @@ from synthetic import history_of
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.models.spline_yarns.build import space_on, undeformed, yarn_spans
+from knitstudy.knit.models.spline_yarns.build import undeformed, undeformed_yarns
 from knitstudy.mechanics.materials import material_of
 from knitstudy.use.series import write_series
 from knitstudy.use.vtu import write_spline_yarns
@@ -35,7 +35,7 @@ def pair(plain_scene):
 
 @pytest.fixture(scope="module")
 def space(pair):
-    return space_on(pair[0], yarn_spans(*pair))
+    return undeformed_yarns(*pair)[0]
 
 
 def history(space, specimen, points=()):

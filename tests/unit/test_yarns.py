@@ -11,7 +11,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.yarns import KEYS, known_yarns, read_yarn
-from knitstudy.mechanics.membrane_law import forces_per_width
+from knitstudy.mechanics.membrane import forces_per_width
 from knitstudy.paper import fabrics
 from knitstudy.paper.fabrics import Pulled, StripLaw, strip_of
 from knitstudy.paper.tables.fabrics import tabulate_predictions, tabulate_stockinette

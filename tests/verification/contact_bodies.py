@@ -6,8 +6,7 @@ import numpy as np
 from curves import Straight
 from hexahedral_block import connect, unknowns
 
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import Spacing
+from knitstudy.knit.mesh.section import Section, Spacing
 from knitstudy.knit.mesh.sweep import Targets, sweep
 from knitstudy.knit.yarns.discretisation import yarn_surfaces
 from knitstudy.mechanics.contact.friction import Coulomb

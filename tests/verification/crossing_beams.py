@@ -7,21 +7,19 @@ from half_spaces import hertz
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.models.beam.contact import joined
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
-from knitstudy.mechanics.beams.repulsion import Power, Repulsion
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.rotation import exp
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
-SECTION = Section.circular(2 * RADIUS, MODULUS, POISSON)
-PATCHES = {"rigid": LAYERS, "hertz": Patch(POISSON)}
+SECTION = BeamSection.circular(2 * RADIUS, MODULUS, POISSON)
 LAWS = {"rigid": Power(10 * MODULUS * RADIUS**0.5), "hertz": hertz(MODULUS, POISSON, RADIUS)}
 
 
@@ -49,7 +47,7 @@ def two_yarns(position, count, law, friction, crossings, per_station=4, normal=N
         points.yarn,
         points.arc_length,
         points.weight,
-        Repulsion(normal or LAWS[law], 2 * RADIUS, onset, PATCHES[law]),
+        Repulsion(normal or LAWS[law], 2 * RADIUS, onset),
         friction,
         joined=joined(points, crossings, 2 * tie * RADIUS) if tie else None,
     )

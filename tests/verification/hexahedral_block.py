@@ -3,8 +3,7 @@
 import numpy as np
 
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.elements.quadratic import EDGES
+from knitstudy.mechanics.elements.hexahedron import EDGES, OnePointHexahedron
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.transversely_isotropic import TransverselyIsotropic
 from knitstudy.mechanics.solid import SolidModel

@@ -4,10 +4,9 @@ import numpy as np
 import pytest
 from dead_loads import balance
 
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
@@ -32,7 +31,7 @@ def test_45_degree_bend(verify):
     P, tip = 600.0, (47.150, 15.685, 53.475)
     angle = np.linspace(0, np.pi / 4, 65)
     points = 100.0 * np.column_stack([np.sin(angle), 1 - np.cos(angle), 0 * angle])
-    model = chain(points, Section(EA=1e7, kGA=4.1667e6, EI=8.333e5, GJ=8.333e5))
+    model = chain(points, BeamSection(EA=1e7, kGA=4.1667e6, EI=8.333e5, GJ=8.333e5))
     state, _ = balance(model, tip_load(model, (0, 0, P)), CLAMPED, steps=8)
     error = np.abs(state.position[-1] / tip - 1).max()
     verify.at_most(f"45 degree bend, P = {P:g}: tip", error, 2e-3, str(tip))
@@ -42,7 +41,7 @@ def test_tip_moment_rolls_a_cantilever_up_to_a_circle(verify):
     """M = 2 pi EI / L: exact for any number of elements, since curvature is constant along the beam."""
     L, EI, count = 10.0, 3.5e3, 8
     points = np.column_stack([np.linspace(0, L, count + 1), np.zeros((count + 1, 2))])
-    model = chain(points, Section(EA=1e5, kGA=4e4, EI=EI, GJ=2e3))
+    model = chain(points, BeamSection(EA=1e5, kGA=4e4, EI=EI, GJ=2e3))
     state, _ = balance(model, tip_load(model, moment=(0, 0, 2 * np.pi * EI / L)), CLAMPED, steps=8)
     gap = np.linalg.norm(state.position[-1] - state.position[0]) / L
     verify.at_most("roll-up, M = 2 pi EI / L: gap of the closed circle over L", gap, 1e-6)
@@ -50,7 +49,7 @@ def test_tip_moment_rolls_a_cantilever_up_to_a_circle(verify):
 
 
 def test_stretch_and_twist_are_exact():
-    section = Section(EA=2e4, kGA=1e4, EI=30.0, GJ=20.0)
+    section = BeamSection(EA=2e4, kGA=1e4, EI=30.0, GJ=20.0)
     model = chain(np.array([[0, 0, 0], [1.0, 2, 2], [2, 4, 4]]), section)
     axis = np.array([1.0, 2, 2]) / 3
     state, _ = balance(model, tip_load(model, 500.0 * axis, 4.0 * axis), CLAMPED)
@@ -60,7 +59,7 @@ def test_stretch_and_twist_are_exact():
 
 def test_small_deflection_of_a_cantilever_converges_with_order_two(verify):
     """Timoshenko: u = P L^3 / 3 EI + P L / kGA; the one-point element misses it by (h/L)^2 / 4 of bending."""
-    section = Section(EA=1e6, kGA=3e5, EI=1e3, GJ=1e3)
+    section = BeamSection(EA=1e6, kGA=3e5, EI=1e3, GJ=1e3)
     L, P = 2.0, 1e-6
     exact = P * L**3 / (3 * section.EI) + P * L / section.kGA
     counts = np.array([4, 8, 16, 32])
@@ -80,7 +79,7 @@ def test_superposed_rigid_motion_turns_forces_and_keeps_energy(kind, verify):
     rng = np.random.default_rng(3)
     points = np.cumsum(rng.normal(size=(4, 3)), axis=0)
     sections = {
-        "straight": Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0),
+        "straight": BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0),
         "curved": CurvedSection(0.8, 1e3, 0.42, np.array([0.3, -0.1, 0.2]) * np.arange(3)[:, None] / 2),
     }
     ends = np.column_stack([np.arange(3), np.arange(1, 4)])
@@ -110,7 +109,7 @@ def test_lees_frame_snaps_through_under_a_prescribed_displacement(verify):
     post = np.outer(s, [0, 1.0, 0])
     rafter = post[-1] + np.outer(s[1:], [1.0, 0, 0])
     nodes, last = np.concatenate([post, rafter]), 2 * n
-    section = Section(E * A, E / 2.6 * A, E * inertia, E * inertia, slenderness=0.25)
+    section = BeamSection(E * A, E / 2.6 * A, E * inertia, E * inertia, slenderness=0.25)
     model = BeamModel(nodes, np.column_stack([np.arange(last), np.arange(1, last + 1)]), section, 1.0)
     in_plane = (6 * np.arange(last + 1)[:, None] + [2, 3, 4]).ravel()
     loaded = 6 * (n + n // 5) + 1

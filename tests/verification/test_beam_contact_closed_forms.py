@@ -9,7 +9,7 @@ from half_spaces import overlap
 from scipy.optimize import brentq
 
 from knitstudy.knit.loading.history import FORMS
-from knitstudy.mechanics.beams.repulsion import Power
+from knitstudy.mechanics.beams.laws import Power
 from knitstudy.mechanics.rotation import exp
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3

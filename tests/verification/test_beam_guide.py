@@ -5,8 +5,9 @@ import pytest
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.models.spline_yarns import beam_guide
+from knitstudy.knit.models.spline_yarns import build
 from knitstudy.knit.models.spline_yarns.build import discretise
+from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.rotation import exp
 from knitstudy.run.configuration import load_scene
@@ -29,8 +30,9 @@ def knit():
 def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
     """Every coefficient turns with the knit, and those of the constant move with it."""
     scene, fabric, parts = knit
-    guide = beam_guide.BeamGuide(scene, fabric, parts.space, np.arange(len(parts.nodes)))
-    stations = beam_guide.beams_in_contact.build(guide.scene, fabric).stations
+    beams = MODELS.find("beam").build(scene.vary(build.BEAMS), fabric)
+    guide = build.BeamGuide(lambda: beams, fabric, parts.space, np.arange(len(parts.nodes)))
+    stations = beams.stations
     rotation = exp(TURN)
     moved = stations.position @ rotation.T + SHIFT - stations.position
     way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])
@@ -45,19 +47,19 @@ def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
 def test_what_beams_refuse_is_no_error(knit, monkeypatch):
     """A beam that is too long for a bend, and a yarn whose axis beams do not know."""
     scene, fabric, parts = knit
-    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    monkeypatch.setattr(build, "LARGE", 1)
     nodes = np.arange(len(parts.nodes))
-    monkeypatch.setitem(beam_guide.BEAMS, "mesh.beam_size", 3.0)
-    assert beam_guide.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
+    monkeypatch.setitem(build.BEAMS, "mesh.beam_size", 3.0)
+    assert build.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
     directional = scene.vary({"yarn.material": "transversely_isotropic"} | ACROSS)
-    assert beam_guide.guide_of(directional, fabric, parts.space, nodes) is None
+    assert build.guide_of(directional, fabric, parts.space, nodes) is None
 
 
 @pytest.mark.full
 def test_forces_do_not_depend_on_a_guide(knit, verify, monkeypatch):
     scene, fabric, _ = knit
     alone = solve(scene, fabric)
-    monkeypatch.setattr(beam_guide, "LARGE", 1)
+    monkeypatch.setattr(build, "LARGE", 1)
     led = solve(scene, fabric)
     assert led["newton_iterations"].sum() != alone["newton_iterations"].sum(), "it was led"
     verify.within(

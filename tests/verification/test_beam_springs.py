@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.beams.beam import LinearSprings, Section
+from knitstudy.mechanics.beams.beam import BeamSection, LinearSprings
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 
-SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
+SECTION = BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 LENGTH, ELEMENTS = 2.0, 20
 STIFFNESS = np.array([300.0, 20.0, 70.0])
 

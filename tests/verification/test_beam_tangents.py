@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from knitstudy.mechanics.beams.beam import LinearSprings, Section
+from knitstudy.mechanics.beams.beam import BeamSection, LinearSprings
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 
-SECTION = Section(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
+SECTION = BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 
 
 def network(offsets, arms_turn=True, springs=False, curved=False):

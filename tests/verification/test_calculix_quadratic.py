@@ -13,7 +13,7 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
+from knitstudy.mechanics.contact.compliance import ACROSS, ALONG, LENGTH, PHASE, far_compliance
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG
-from knitstudy.mechanics.contact.patched_yarn import LENGTH, PHASE, far_compliance
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace

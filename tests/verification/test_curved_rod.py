@@ -11,7 +11,7 @@ from knitstudy.mechanics.beams.curved_rod import (
     eased_by_pressure,
     section_compliance,
 )
-from knitstudy.mechanics.contact.patch_compliance import APART, _beam_patch, cylinder_patch
+from knitstudy.mechanics.contact.compliance import APART, _beam_patch, cylinder_patch
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
 

@@ -9,7 +9,7 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.models.beam import contact as beam_contact
 from knitstudy.knit.simulate import simulate
-from knitstudy.mechanics.beams.hertz import Patch
+from knitstudy.mechanics.beams.laws import Patch
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import STAGES
 

@@ -12,9 +12,8 @@ from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.hertz import Patch
+from knitstudy.mechanics.beams.laws import CrossedCylinders, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
-from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Repulsion
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.contact.interaction import Contact
@@ -97,7 +96,7 @@ def beams(bend, size=0.25, points=4):
     curvature = turns(tangent[first], tangent[first + 1]) / s[1]
     at = ContactPoints.of(yarn, along, points)
     onset = SPACINGS**2 * at.weight.max() ** 2 / 16
-    law = Repulsion(CrossedCylinders.of(1.0, NU, 1.0), 2.0, onset, Patch(NU))
+    law = Repulsion(CrossedCylinders.elastic(1.0, NU, 1.0), 2.0, onset)
     line = LineContact(at.yarn, at.arc_length, at.weight, law)
     middle = np.array([[0, 1]]), np.full((1, 2), half)
     contact = BeamContact(line, at, np.arange(2 * count), 0 * place, *middle)

@@ -9,15 +9,12 @@ from half_spaces import curvatures, hertz, hertz_ellipse, stick_stiffness, surfa
 from scipy.integrate import quad
 from scipy.interpolate import CubicSpline
 
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.endless_beams import EndlessBeams
-from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.laws import LAYERS, Patch, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.beams.repulsion import Power, Repulsion
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
-from knitstudy.mechanics.periodic import Lattice
+from knitstudy.mechanics.periodic import EndlessBeams, Lattice
 from knitstudy.mechanics.rotation import exp
 
 D = 1.0
@@ -85,7 +82,7 @@ def two_rows(friction, ramps=False, per_node=1):
     )
     ends[n - 1, 1], ends[-1, 1] = 2 * n, 2 * n + 1
     natural = np.random.default_rng(3).standard_normal((2 * n, 3)) * 0.1
-    inner = BeamModel(nodes, ends, Section(50.0, 20.0, 1.0, 0.7), D / 2, natural=natural)
+    inner = BeamModel(nodes, ends, BeamSection(50.0, 20.0, 1.0, 0.7), D / 2, natural=natural)
     yarn = np.repeat([0, 1], n)
     law = Repulsion(Power(3.0, 1.5), D, 0.02)
     period = np.full(2, own)
@@ -106,7 +103,8 @@ def disturbed(model, size=0.01, seed=0):
 @pytest.mark.parametrize("friction", [0.0, 0.5])
 def test_tangent_is_the_derivative(friction, patch):
     model = two_rows(friction, per_node=2)
-    model.contact.repulsion = replace(model.contact.repulsion, patch=patch)
+    law = replace(model.contact.repulsion.law, patch=patch)
+    model.contact.repulsion = replace(model.contact.repulsion, law=law)
     state = disturbed(model)
     tangent = model.respond(state, stiffness=True).stiffness.toarray()
     contact = model.contact
@@ -238,7 +236,7 @@ def pair(bends=(0.0, 0.0), angle=90.0, spacing=0.025, friction=0.0, deep=DEEP, h
     c, n = np.cos(np.radians(angle)), np.sin(np.radians(angle))
     lower, upper = (bent(bend) for bend in bends)
     upper = upper @ np.array([[c, n, 0], [-n, c, 0], [0, 0, -1.0]]) + [0, 0, D - deep]
-    law = Repulsion(hertz(1.0, NU, D / 2), D, 2 * spacing**2 / D, Patch(NU))
+    law = Repulsion(hertz(1.0, NU, D / 2), D, 2 * spacing**2 / D)
     yarn, weight = np.repeat([0, 1], len(s)), np.full(2 * len(s), spacing)
     return LineContact(yarn, np.tile(s, 2), weight, law, friction), np.concatenate([lower, upper]), yarn
 

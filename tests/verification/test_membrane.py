@@ -5,8 +5,7 @@ import pytest
 from scipy.optimize import brentq
 
 from knitstudy.errors import ConvergenceError, MeshError
-from knitstudy.mechanics.membrane import MembraneModel, rectangle, strains
-from knitstudy.mechanics.membrane_law import ExponentialLaw, forces_per_width
+from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, forces_per_width, rectangle, strains
 from knitstudy.use.strip import stretch_strip
 
 # A fabric with a J-shaped curve that contracts nearly as much as it stretches [N/m]

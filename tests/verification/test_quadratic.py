@@ -5,7 +5,7 @@ import pytest
 from hexahedral_block import connect, solid, with_middles
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.elements.quadratic import NATURAL, QuadraticHexahedron
+from knitstudy.mechanics.elements.hexahedron import NATURAL, QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
 
 

@@ -76,7 +76,7 @@ def test_what_had_converged_is_kept(case, tmp_path):
 
 def test_local_indentation_is_not_taken_beyond_its_law(monkeypatch):
     # Beyond the tables, since two yarns held at their ends yield by bending before they reach 2.5 times that depth.
-    monkeypatch.setattr("knitstudy.knit.yarns.interactions.FURTHER", 1.0)
+    monkeypatch.setattr("knitstudy.knit.models.spline_yarns.build.FURTHER", 1.0)
     scene = load_scene("pair-slid-90")
     scene = scene.vary(
         {

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from polynomial_rods import POISSON, RADIUS, YOUNG, Rod, arc
 
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.contact import patch_compliance as rod_patch
+from knitstudy.mechanics.contact import compliance as rod_patch
 
 ANGLE = 1.5 * np.pi
 BEAMS = 96
@@ -40,7 +40,7 @@ def chain(bend, curved):
     section = (
         CurvedSection(RADIUS, YOUNG, POISSON, along)
         if curved
-        else Section.circular(2 * RADIUS, YOUNG, POISSON)
+        else BeamSection.circular(2 * RADIUS, YOUNG, POISSON)
     )
     model = BeamModel(nodes, ends, section, RADIUS)
     tangent = model.respond(model.start(), stiffness=True).stiffness.toarray()

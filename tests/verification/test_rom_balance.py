@@ -8,7 +8,7 @@ from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.loading.solve import solve_load_path
 from knitstudy.knit.simulate import build
 from knitstudy.knit.yarns.network import grips, problem, tension
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
@@ -69,7 +69,7 @@ def test_spring_joints_leave_just_the_couples_that_are_accounted_for(
 def test_arms_are_the_limit_of_stiff_beams():
     """Two crossing yarns joined by an arm eliminated, and by a beam 1e4 times as stiff as they are."""
     rng = np.random.default_rng(11)
-    soft, gap = Section(EA=2e3, kGA=1e3, EI=40.0, GJ=30.0), 0.6
+    soft, gap = BeamSection(EA=2e3, kGA=1e3, EI=40.0, GJ=30.0), 0.6
     along = np.linspace(-1, 1, 5)
     lower = np.column_stack([along, 0 * along, 0 * along - gap / 2])
     upper = np.column_stack([0 * along, along, 0 * along + gap / 2])
@@ -80,7 +80,7 @@ def test_arms_are_the_limit_of_stiff_beams():
     load[[4, 9]] = rng.normal(size=(2, 6)) * [12, 12, 12, 6, 6, 6]
 
     factor = np.append(np.ones(8), 1e4)
-    stiff = Section(2e3 * factor, 1e3 * factor, 40.0 * factor, 30.0 * factor)
+    stiff = BeamSection(2e3 * factor, 1e3 * factor, 40.0 * factor, 30.0 * factor)
     explicit = BeamModel(points, np.concatenate([ends, [[2, 7]]]), stiff, 1.0)
     reference, _ = balance(explicit, load.ravel(), np.arange(6), steps=30, tolerance=1e-6)
 

@@ -6,7 +6,7 @@ import pytest
 from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.knit.yarns.network import RING
 from knitstudy.measures.summary import summarise
-from knitstudy.mechanics.beams.beam import Section
+from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.store import simulate
@@ -85,7 +85,7 @@ def pulled(count, radius=1e-3):
     angle = np.linspace(0, np.pi / 2, count + 1)
     nodes = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
     ends = np.column_stack([np.arange(count), np.arange(count) + 1])
-    model = BeamModel(nodes, ends, Section.circular(2 * radius, 1e9, 0.3, np.ones(count)), radius)
+    model = BeamModel(nodes, ends, BeamSection.circular(2 * radius, 1e9, 0.3, np.ones(count)), radius)
     stiffness = model.respond(model.start(), stiffness=True).stiffness.toarray()
     # Both ends stay in their planes of symmetry; the last one is moved by 1.
     given = np.r_[1:6, 6 * count + np.arange(6)]

@@ -7,9 +7,14 @@ import numpy as np
 import pytest
 from hexahedral_block import ISOTROPIC, LAWS, block, connect, made_of, solid, unknowns, with_middles
 
-from knitstudy.mechanics.elements import hexahedron, quadratic
-from knitstudy.mechanics.elements.hexahedron import CORNERS, GAUSS, OnePointHexahedron, jacobians
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements import hexahedron
+from knitstudy.mechanics.elements.hexahedron import (
+    CORNERS,
+    GAUSS,
+    OnePointHexahedron,
+    QuadraticHexahedron,
+    jacobians,
+)
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
@@ -48,9 +53,9 @@ class Kind:
 
 LINEAR = (CORNERS, hexahedron.shape, hexahedron.GRADIENTS, 0.08, 0.05, (4e-4, 2e-4))
 QUADRATIC = (
-    quadratic.NATURAL,
-    quadratic.quadratic_shape,
-    quadratic.GRADIENTS,
+    hexahedron.NATURAL,
+    hexahedron.quadratic_shape,
+    hexahedron.QUADRATIC_GRADIENTS,
     0.03,
     0.02,
     (1e-4, 5e-5),
@@ -229,7 +234,7 @@ def _mean_square_error(corners, displacement):
     place, weight = np.polynomial.legendre.leggauss(3)
     natural = np.stack(np.meshgrid(place, place, place, indexing="ij"), axis=-1).reshape(-1, 3)
     weight = np.einsum("i,j,k->ijk", weight, weight, weight).ravel() / 8
-    functions = quadratic.quadratic_shape(natural)
+    functions = hexahedron.quadratic_shape(natural)
     exact = manufactured((functions @ corners).reshape(-1, 3))[0].reshape(len(corners), -1, 3)
     return np.sqrt(np.mean(((functions @ displacement - exact) ** 2).sum(axis=2) @ weight))
 

@@ -6,8 +6,7 @@ from hexahedral_block import block, with_middles
 from polynomial_rods import INERTIA, RADIUS, Rod
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.elements.quadratic import QuadraticHexahedron
+from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron, QuadraticHexahedron
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.materials.transversely_isotropic import TransverselyIsotropic
 from knitstudy.mechanics.rotation import exp

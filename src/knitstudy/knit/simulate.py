@@ -11,12 +11,13 @@ import xarray as xr
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
-from knitstudy.knit.loading.gates import require_elements_across, require_fine_beams
+from knitstudy.knit.loading.gates import fewest_across, require_elements_across, require_fine_beams
 from knitstudy.knit.loading.history import Meter
 from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
 from knitstudy.knit.mesh.mesher import check_shape, mesh_fabric
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints
@@ -59,10 +60,12 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         every = np.ones(len(fabric.crossings.row), dtype=bool)
         points = JointPoints.at_crossings(fabric.crossings, every)
         stiffer = spatial_network(fabric, points, size).polygon
-        require_fine_beams(scene, stiffer)
+        require_fine_beams(scene.value("gates.polygon"), size, stiffer)
         return f"straight beams in bent yarns are some {stiffer:.1%} too stiff"
-    if (size := scene.value("mesh.size")) is not None and fabric.loop is not None:
-        require_elements_across(scene)
+    if isinstance(scene, HexahedralScene) and fabric.loop is not None:
+        size = scene.mesh.size
+        fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
+        require_elements_across(size, fewest)
         one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)
         mesh_fabric(one, size, scene.mesh.growth, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"

@@ -20,14 +20,16 @@ from scipy.interpolate import make_interp_spline
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, Segments, segments
+from knitstudy.knit.geometry.columns import STRESSES
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import STRESSES
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.hexahedra.build import divide
-from knitstudy.knit.models.spline_yarns.build import undeformed_yarns, yarn_spans
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.spline_yarns import SplineScene
+from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
 from knitstudy.mechanics.solid import cauchy_stress, principal_axes
@@ -38,13 +40,13 @@ from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, deformation_
 class CellStress:
     """Stress in the hexahedra of the mesh of a scene, in its order, for any discretisation."""
 
-    integral: np.ndarray  # (E, 3, 3) of the Cauchy stress over the deformed cell [N m]
-    volume: np.ndarray  # (E,) of the deformed cell [m3]
-    reference: np.ndarray  # (E, 3) middle of the undeformed cell [m]
-    place: np.ndarray  # (E, 3) middle of the deformed cell [m]
+    integral: Floats  # (E, 3, 3) of the Cauchy stress over the deformed cell [N m]
+    volume: Floats  # (E,) of the deformed cell [m3]
+    reference: Floats  # (E, 3) middle of the undeformed cell [m]
+    place: Floats  # (E, 3) middle of the deformed cell [m]
 
     @property
-    def mean(self) -> np.ndarray:
+    def mean(self) -> Floats:
         """Mean Cauchy stress (E, 3, 3) [Pa]."""
         return self.integral / self.volume[:, None, None]
 
@@ -60,7 +62,7 @@ EXTENTS = {
 
 
 def hexahedral_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
+    scene: HexahedralScene, mesh: SweptMesh, specimen: Fabric, displacement: Floats
 ) -> CellStress:
     """Return the stress in every element from the displacement (N, 3) of the nodes [m]."""
     parts = divide(scene, mesh, specimen)
@@ -76,7 +78,7 @@ def hexahedral_cell_stress(
     )
 
 
-def _stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.ndarray) -> np.ndarray:
+def _stress_integral(group: ElementGroup, nodes: Floats, displacement: Floats) -> Floats:
     """Return the integrals (E, 3, 3) of the Cauchy stress over deformed elements [N m], from nodes (N, 3) [m]."""
     count = len(group.connectivity)
     integral = np.empty((count, 3, 3))
@@ -88,12 +90,12 @@ def _stress_integral(group: ElementGroup, nodes: np.ndarray, displacement: np.nd
     return 0.5 * (integral + np.swapaxes(integral, 1, 2))  # symmetric but for rounding
 
 
-def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray) -> tuple[Space, np.ndarray]:
+def undeformed_splines(scene: SplineScene, specimen: Fabric, displacement: Floats) -> tuple[Space, Floats]:
     """Return the space of a scene's spline yarns and their undeformed nodes (N, 3) [m].
 
     Raises DataFileError if coefficients of a displacement belong to another discretisation.
     """
-    space, nodes = undeformed_yarns(scene, specimen, yarn_spans(scene, specimen))
+    space, nodes, _ = undeformed_yarns(scene, specimen)
     if displacement.shape != nodes.shape:
         raise DataFileError(
             f"node_displacement has the shape {displacement.shape}, but the yarns of scene {scene.name!r} have "
@@ -104,11 +106,11 @@ def undeformed_splines(scene: Scene, specimen: Fabric, displacement: np.ndarray)
 
 def stressed_points(
     yarn: YarnSpace,
-    nodes: tuple[np.ndarray, np.ndarray],  # undeformed, and their displacement (n, 3) [m]
-    s: np.ndarray,  # (k,) arc lengths of sections [m]
-    x: np.ndarray,  # (q, 2) points of a section, over the radius
+    nodes: tuple[Floats, Floats],  # undeformed, and their displacement (n, 3) [m]
+    s: Floats,  # (k,) arc lengths of sections [m]
+    x: Floats,  # (q, 2) points of a section, over the radius
     material: Material,
-) -> tuple[np.ndarray, ...]:
+) -> tuple[Floats, ...]:
     """Return places, displacements (k, q, 3), slopes of places, gradients and Cauchy stresses (k, q, 3, 3)."""
     (place, slope), (displacement, change) = (sections(yarn, node, s, x) for node in nodes)
     gradient = deformation_gradient(slope, change)
@@ -118,7 +120,7 @@ def stressed_points(
 
 
 def spline_cell_stress(
-    scene: Scene, mesh: SweptMesh, specimen: Fabric, displacement: np.ndarray
+    scene: SplineScene, mesh: SweptMesh, specimen: Fabric, displacement: Floats
 ) -> CellStress:
     """Return the stress in every cell from the coefficients (N, 3) of the displacement [m].
 
@@ -137,11 +139,11 @@ def spline_cell_stress(
 
 def _layers(
     yarn: YarnSpace,
-    nodes: tuple[np.ndarray, np.ndarray],
-    breaks: np.ndarray,
+    nodes: tuple[Floats, Floats],
+    breaks: Floats,
     section: Section,
     material: Material,
-) -> tuple[np.ndarray, ...]:
+) -> tuple[Floats, ...]:
     """Return integral (k e, 3, 3), volume (k e,), middle and deformed middle (k e, 3) of the cells of k layers."""
     x, area = _section_points(section)
     rise = np.diff(breaks)
@@ -150,7 +152,7 @@ def _layers(
     weight = np.repeat(0.5 * rise, len(GAUSS))[:, None] * area * np.linalg.det(slope)
     after = weight * np.linalg.det(gradient)
 
-    def summed(values: np.ndarray) -> np.ndarray:
+    def summed(values: Floats) -> Floats:
         """Sum over the points of every cell: two along, four across."""
         split = values.reshape(len(rise), len(GAUSS), len(section.quads), len(GAUSS) ** 2, *values.shape[2:])
         return split.sum(axis=(1, 3)).reshape(-1, *values.shape[2:])
@@ -161,7 +163,7 @@ def _layers(
     return summed(after[..., None, None] * stress), volume, middle, now
 
 
-def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
+def _section_points(section: Section) -> tuple[Floats, Floats]:
     """Return four points (4 e, 2) in every quad of a section, quad by quad, and their areas (4 e,), over the radius."""
     u, v = (grid.ravel() for grid in np.meshgrid(GAUSS, GAUSS, indexing="ij"))
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
@@ -175,11 +177,9 @@ def _section_points(section: Section) -> tuple[np.ndarray, np.ndarray]:
     return np.einsum("eni,np->epi", corner, 0.25 * one * other).reshape(-1, 2), area.ravel()
 
 
-# Stress of cells by fidelity
-CELL_STRESS = {"hexahedra": hexahedral_cell_stress, "spline_yarns": spline_cell_stress}
-
-
-def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset) -> xr.Dataset:
+def stress(
+    scene: HexahedralScene | SplineScene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dataset
+) -> xr.Dataset:
     """Return the stresses of a scene, in the format of docs/reference/files.md.
 
     Raises DataFileError if the history holds no displacement of nodes, or that of another discretisation.
@@ -190,7 +190,10 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         )
     fabric, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
-    cells = CELL_STRESS[scene.fidelity](scene, swept, fabric, moved)
+    if isinstance(scene, HexahedralScene):
+        cells = hexahedral_cell_stress(scene, swept, fabric, moved)
+    else:
+        cells = spline_cell_stress(scene, swept, fabric, moved)
     parts = segments(fabric.crossings, np.array([centreline.length for centreline in fabric.centrelines]))
     values = {
         "cell_stress": cells.mean[:, VOIGT[:, 0], VOIGT[:, 1]],
@@ -212,17 +215,17 @@ def stress(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset, history: xr.Dat
         attrs={
             "strain": float(history["strain"][-1]),
             "force": float(history["force"][-1]),
-            "direction": scene.load.direction,
+            "direction": scene.value("load.direction"),
         },
     )
 
 
-def averages(parts: Segments, mesh: SweptMesh, cells: CellStress) -> dict[str, np.ndarray]:
+def averages(parts: Segments, mesh: SweptMesh, cells: CellStress) -> dict[str, Floats]:
     """Return stresses, principal values, axes, volumes and rotations of pieces and segments, by name."""
     volume, integral, moments = _of_pieces(parts, mesh, cells)
     inside = np.flatnonzero(parts.of_piece != NO_SEGMENT)
 
-    def of_segments(values: np.ndarray) -> np.ndarray:
+    def of_segments(values: Floats) -> Floats:
         total = np.zeros((len(parts.kind), *values.shape[1:]))
         np.add.at(total, parts.of_piece[inside], values[inside])
         return total
@@ -241,9 +244,7 @@ def averages(parts: Segments, mesh: SweptMesh, cells: CellStress) -> dict[str, n
     }
 
 
-def _of_pieces(
-    parts: Segments, mesh: SweptMesh, cells: CellStress
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _of_pieces(parts: Segments, mesh: SweptMesh, cells: CellStress) -> tuple[Floats, Floats, Floats]:
     """Return volume (P, x), integral of the stress (P, x, 3, 3) and moments (P, 4, 7) of pieces, for extents x.
 
     A piece takes its share of the layer of cells that it ends in. Moments are sums over cells of [1, X] (x) [1, X, x]
@@ -271,7 +272,7 @@ def _of_pieces(
     return means[..., 0], means[..., 1:10].reshape(*means.shape[:2], 3, 3), means[:, 0, 10:].reshape(-1, 4, 7)
 
 
-def _rotations(moments: np.ndarray) -> np.ndarray:
+def _rotations(moments: Floats) -> Floats:
     """Return the rotations (Q, 3, 3) of the affine motions that fit places best, from their moments (Q, 4, 7)."""
     volume = moments[:, :1, :1]
     first, now = moments[:, 0, 1:4] / volume[:, 0], moments[:, 0, 4:] / volume[:, 0]

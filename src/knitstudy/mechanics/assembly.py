@@ -17,6 +17,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.lib.stride_tricks import as_strided
 
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import Reserve
 from knitstudy.mechanics.elements import ElementGroup
 
@@ -74,6 +75,7 @@ class Assembly:
         # Of every group (E a, n): the nodes of its elements on retained nodes.
         local = [sp.csr_matrix(transformation)[connectivity.ravel()] for connectivity in groups]
         self.indptr, self.indices = _pattern(local, self._width, linked)
+        self._sums: list[PairSum] | list[SpanSum]
         if spans:
             self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
@@ -91,16 +93,16 @@ class Assembly:
         """Number of blocks in the pattern."""
         return len(self.indices)
 
-    def node_forces(self, forces: Sequence[np.ndarray]) -> np.ndarray:
+    def node_forces(self, forces: Sequence[np.ndarray]) -> Floats:
         """Return the sum of element forces (E, a, block) of every group at all nodes, shape (N, block)."""
         flat = [force.reshape(-1, self.block) for force in forces]
         return self._to_nodes @ (flat[0] if len(flat) == 1 else np.concatenate(flat))
 
-    def sum_forces(self, forces: Sequence[np.ndarray]) -> np.ndarray:
+    def sum_forces(self, forces: Sequence[np.ndarray]) -> Floats:
         """Return T^T sum of element forces (E, a, block) of every group, shape (n block,)."""
         return self.collect(self.node_forces(forces))
 
-    def collect(self, node_force: np.ndarray) -> np.ndarray:
+    def collect(self, node_force: Floats) -> Floats:
         """Return T^T of forces at all nodes (N, block), shape (n block,)."""
         return (self._to_kept @ node_force).ravel()
 
@@ -126,14 +128,14 @@ class Assembly:
                 blocks[entries, i, i] += values
         return sp.bsr_matrix((blocks, self.indices, self.indptr), shape=(size, size))
 
-    def _linked(self, linked: sp.csr_matrix) -> tuple[np.ndarray, np.ndarray]:
+    def _linked(self, linked: sp.csr_matrix) -> tuple[Ints, Floats]:
         """Return the pattern's entries (k,) that are links, and their stiffness for every component [N/m]."""
         row = np.repeat(np.arange(self.retained), np.diff(linked.indptr))
         if not len(row):
             return np.empty(0, dtype=np.int64), np.empty(0)
         return _entries_at(self.indptr, self.indices, row, linked.indices), linked.data
 
-    def _pairs(self, local: sp.csr_matrix, batch: Batch) -> tuple[np.ndarray, sp.csr_matrix]:
+    def _pairs(self, local: sp.csr_matrix, batch: Batch) -> tuple[Ints, sp.csr_matrix]:
         """Return the entries that a batch of any elements touches, and the weights that take its blocks there."""
         a, count = self._width[batch.group], batch.count
         part = local[batch.part.start * a : batch.part.stop * a]
@@ -162,7 +164,7 @@ class StiffnessSum:
     is the sum once all batches are there.
     """
 
-    def __init__(self, data: np.ndarray, sums: Sequence[PairSum | SpanSum]) -> None:
+    def __init__(self, data: Floats, sums: Sequence[PairSum | SpanSum]) -> None:
         data[:] = 0
         self.data = data
         self._sums = sums
@@ -170,7 +172,7 @@ class StiffnessSum:
         self._next = 0
         self._turn = threading.Lock()
 
-    def put(self, number: int, blocks: np.ndarray) -> None:
+    def put(self, number: int, blocks: Floats) -> None:
         """Take over the stiffness blocks (e, a^2, block^2) of batch `number`, each batch once."""
         total = self._sums[number].put(self.data, blocks.reshape(-1, self.data.shape[1]))
         with self._turn:
@@ -185,19 +187,19 @@ class PairSum:
 
     def __init__(
         self,
-        entries: np.ndarray,  # int (k,), entries of the pattern that the batch touches, ascending
+        entries: Ints,  # (k,), entries of the pattern that the batch touches, ascending
         weights: sp.csr_matrix,  # (k, e a^2)
-        alone: np.ndarray,  # bool (k,), entries that no other batch touches
+        alone: Bools,  # (k,), entries that no other batch touches
     ) -> None:
         self._own, self._joint = entries[alone], entries[~alone]
         self._to_own, self._to_joint = weights[alone], weights[~alone]
 
-    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    def put(self, data: Floats, blocks: Floats) -> Floats:
         """Write entries of its own into `data` (entries, b); return blocks (e a^2, b) of entries that it shares."""
         data[self._own] = self._to_own @ blocks
         return self._to_joint @ blocks
 
-    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+    def add(self, data: Floats, total: Floats) -> None:
         """Add what `put` has returned."""
         data[self._joint] += total
 
@@ -230,7 +232,7 @@ class SpanSum:
             for low, high in pairwise([0, *ends, len(rows)])
         ]
 
-    def put(self, data: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    def put(self, data: Floats, blocks: Floats) -> Floats:
         """Return the sums (k, b) of blocks (e a^2, b) at all entries of the batch: none of `data` is its own."""
         total = np.zeros((self._size, blocks.shape[1]))
         run = self._place.shape[1] * blocks.shape[1]  # of a row of an element
@@ -241,7 +243,7 @@ class SpanSum:
             rows[self._place[chosen]] += blocks[chosen]
         return total
 
-    def add(self, data: np.ndarray, total: np.ndarray) -> None:
+    def add(self, data: Floats, total: Floats) -> None:
         """Add what `put` has returned."""
         for here, there in self._runs:
             data[there] += total[here]
@@ -254,7 +256,7 @@ def stiffness_at_rest(groups: Sequence[ElementGroup], nodes: int) -> sp.bsr_matr
     for number, batch in enumerate(assembly.batches):
         group = groups[batch.group]
         rest = np.zeros((batch.count, group.connectivity.shape[1], 3))
-        total.put(number, group.elements.respond(batch.part, rest, stiffness=True).stiffness)
+        total.put(number, group.elements.respond(batch.part, rest, stiffness=True).tangent)
     return assembly.matrix(total)
 
 
@@ -283,7 +285,7 @@ def _pattern(
     return pattern.indptr.astype(np.int32), pattern.indices.astype(np.int32)
 
 
-def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> np.ndarray:
+def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> Ints:
     """Return the positions of pairs (row, column) in a pattern with sorted columns that has all of them."""
     low, high = int(row.min()), int(row.max()) + 1
     start, stop = indptr[low], indptr[high]

@@ -18,11 +18,12 @@ from threadpoolctl import threadpool_limits
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.interruption import uninterrupted
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Determinants and inverses of batches of 3 x 3 matrices in closed form: LAPACK's are made for large ones
 
 
-def determinant(matrix: np.ndarray) -> np.ndarray:
+def determinant(matrix: Floats) -> Floats:
     """Return the determinants (e,) of matrices (e, 3, 3).
 
     Examples
@@ -34,7 +35,7 @@ def determinant(matrix: np.ndarray) -> np.ndarray:
     return a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
 
 
-def inverse(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def inverse(matrix: Floats) -> tuple[Floats, Floats]:
     """Return the inverses (e, 3, 3) of matrices (e, 3, 3), by their cofactors, and the determinants (e,).
 
     Examples
@@ -62,7 +63,7 @@ class Chosen:
     def __getitem__(self, chosen: np.ndarray | slice) -> Self:
         return type(self)(*(_chosen(value, chosen) for value in vars(self).values()))
 
-    def joined(self, *others: Self, chosen: np.ndarray | slice = slice(None)) -> Self:
+    def joined(self, *others: Self, chosen: Ints | slice = slice(None)) -> Self:
         """Return these points and then the points of others, or the chosen ones of all, an array at a time."""
         together = zip(*(vars(points).values() for points in (self, *others)), strict=True)
         return type(self)(*(_chosen(_joined(arrays), chosen) for arrays in together))
@@ -95,7 +96,7 @@ class Scratch(threading.local):
     def __init__(self) -> None:
         self._arrays: dict[str, np.ndarray] = {}
 
-    def array(self, name: str, *shape: int) -> np.ndarray:
+    def array(self, name: str, *shape: int) -> Floats:
         """Return an array whose content is arbitrary."""
         size = math.prod(shape)
         flat = self._arrays.get(name)
@@ -195,7 +196,7 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
     >>> share(lambda number: number**2, 4)
     [0, 1, 4, 9]
     """
-    results: list[Result] = [None] * count
+    results: list[Any] = [None] * count
     numbers: Iterator[int] = iter(range(count))  # taking the next one cannot be interrupted
 
     def take() -> None:
@@ -204,7 +205,7 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
     outermost = _SHARING.acquire(blocking=False)
     helpers = min(threads(), count) - 1 if outermost else 0
-    others: list[Future] = []
+    others: list[Future[None]] = []
     try:
         with uninterrupted():
             others += [_pool(threads()).submit(take) for _ in range(helpers)]
@@ -254,7 +255,7 @@ def _pool(count: int) -> ThreadPoolExecutor:
     return ThreadPoolExecutor(count - 1, thread_name_prefix="knitstudy")
 
 
-def serial_blas() -> AbstractContextManager:
+def serial_blas() -> AbstractContextManager[Any]:
     """Return a context in which BLAS stays on the calling thread.
 
     Its matrices are small here, and its threads would wait in a busy loop for the threads that share the batches.

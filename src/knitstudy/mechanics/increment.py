@@ -1,15 +1,16 @@
-"""Increments along a load path, their settings, and the line search."""
+"""Increments along a load path, their settings, the line search, and springs that hold unknowns."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.model import Model, Response
 
 # Motion that drives a model along its load path, settings of accuracy, and the increments that result
 
@@ -30,9 +31,9 @@ class PrescribedDisplacement:
         is prescribed twice with two values.
     """
 
-    fixed: np.ndarray  # (k,) indices of the prescribed unknowns
+    fixed: Ints  # (k,) indices of the prescribed unknowns
     # (k,) their change from the undeformed state, at full load or at each of the corners of the path
-    value: np.ndarray
+    value: Floats
     # Load factors of the corners, rising to 1; between them, and from zero to the first, the way is straight
     corners: tuple[float, ...] = (1.0,)
     stops: tuple[float, ...] = ()  # further load factors at which an increment has to end
@@ -62,11 +63,11 @@ class PrescribedDisplacement:
                 f"unknown {last} is prescribed, but the model has {size}, numbered from 0"
             )
 
-    def at(self, load: float) -> np.ndarray:
+    def at(self, load: float) -> Floats:
         """Return the prescribed changes (k,) at a load factor."""
         return between_corners(np.atleast_2d(self.value), self.corners, load)
 
-    def affine(self, nodes: np.ndarray, block: int, load: float) -> np.ndarray:
+    def affine(self, nodes: Floats, block: int, load: float) -> Floats:
         """Return the affine motion (N block,) of all nodes (N, 3) [m] that fits the prescribed displacements best.
 
         Of the unknowns of a node, the first three are its displacement; the others stay zero.
@@ -97,10 +98,10 @@ class PrescribedDisplacement:
 
 
 def between_corners(
-    values: np.ndarray,  # (m, k), at the corners
+    values: Floats,  # (m, k), at the corners
     corners: tuple[float, ...],  # their load factors, rising
     load: float,
-) -> np.ndarray:
+) -> Floats:
     """Return the linear interpolation (k,) at a load factor, from zero to the first of the values and on.
 
     Examples
@@ -160,7 +161,7 @@ class Rate:
     """Change of the unknowns over a converged increment: step (size,) over the increment of the load factor."""
 
     increment: float
-    step: np.ndarray
+    step: Floats
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ class Trial:
     """A state some share along a step."""
 
     share: float
-    step: np.ndarray  # (size,), that share of the step
+    step: Floats  # (size,), that share of the step
     state: Any
     response: Response
     along: float  # force along the whole step [J]
@@ -222,8 +223,9 @@ def line_search(
     tolerance: float,  # residual of a balanced state
 ) -> Trial | None:
     """Return the trial to go on with, or None if there is none that helps."""
-    low, high = (0.0, slope), None
-    share, best = 1.0, None
+    low, high = (0.0, slope), (np.inf, np.nan)  # brackets: shares, and the forces there
+    share = 1.0
+    best: Trial | None = None
     # Full steps from a balanced state may go back and forth across a kink of the force.
     enough = max(STEEP * residual, tolerance if residual > tolerance else 0.0)
     for _ in range(TRIALS):
@@ -237,7 +239,7 @@ def line_search(
         if best is None or abs(tried.along) < abs(best.along):
             best = tried
         before_root = tried.along * slope > 0
-        if before_root and (high is None or np.isnan(high[1])):
+        if before_root and np.isnan(high[1]):
             # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
             if tried.residual <= residual or abs(tried.along) <= abs(slope):
                 return tried
@@ -266,7 +268,7 @@ def _between(low: tuple[float, float], high: tuple[float, float], first: bool) -
 def extrapolated(
     rates: tuple[Rate, ...],  # the last increments, newest first; as many as the polynomial's order
     change: float,  # of the load factor
-) -> np.ndarray:
+) -> Floats:
     """Return the change (size,) of the unknowns by the polynomial through the last converged states.
 
     Examples
@@ -288,3 +290,52 @@ def extrapolated(
         factor *= change + sum(widths[:order])
         guess += factor * differences[0]
     return guess
+
+
+# Springs that hold all unknowns of a model near a state: as viscous forces do, or around a first guess
+
+
+@dataclass(frozen=True, eq=False)
+class Hold:
+    """A spring on every unknown."""
+
+    stiffness: Floats  # (size,), force over displacement
+    free: Floats | float = 0.0  # (size,), change within the increment at which the springs carry nothing
+
+    def added(self, response: Response, change: Floats | float) -> Response:
+        """Return the response of a model and of its springs, after a change (size,) within the increment.
+
+        Examples
+        --------
+        >>> springs = Hold(np.array([2.0, 2.0]), free=np.array([0.0, 0.5]))
+        >>> springs.added(Response(np.zeros(2), mean_force=1.0), np.array([0.5, 0.5])).force.tolist()
+        [1.0, 0.0]
+        """
+        if response.stiffness is not None:
+            add_diagonal(response.tangent, self.stiffness)
+        return replace(response, force=response.force + self.stiffness * (change - self.free))
+
+
+def typical_stiffness(model: Model, fixed: Ints) -> Floats:
+    """Return the stiffness (size,) of a typical unknown at rest; the prescribed unknowns (k,) have none."""
+    rest = model.respond(model.begin(model.start(), 1.0, 1.0), stiffness=True)
+    unit = np.median(np.abs(rest.tangent.diagonal()) / model.scale**2) * model.scale**2
+    unit[fixed] = 0.0
+    return unit
+
+
+def add_diagonal(matrix: Any, diagonal: Floats) -> None:
+    """Add a diagonal (size,) to a BSR or CSR matrix whose pattern has it, in place.
+
+    Examples
+    --------
+    >>> from scipy.sparse import csr_matrix
+    >>> matrix = csr_matrix([[1.0, 2.0], [2.0, 1.0]])
+    >>> add_diagonal(matrix, np.array([3.0, 4.0]))
+    >>> matrix.diagonal().tolist()
+    [4.0, 5.0]
+    """
+    block = matrix.blocksize[0] if matrix.format == "bsr" else 1
+    row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
+    own, i = np.flatnonzero(row == matrix.indices), np.arange(block)
+    matrix.data.reshape(-1, block, block)[own[:, None], i, i] += diagonal.reshape(-1, block)[row[own]]

@@ -12,8 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.flow import Flow
-from knitstudy.mechanics.guided import Guide, GuidedNewton
+from knitstudy.mechanics.continuation import Flow, Guide, GuidedNewton
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LinearSolver
 from knitstudy.mechanics.model import Model
@@ -53,106 +52,112 @@ def trace(
         If halving the increment `settings.cutbacks` times does not help, `settings.waste` iterations bring nothing, or
         rounding keeps the residual up; increments that were yielded stay valid.
     """
-    share, now = 1.0 / settings.increments, resume
-    if now is None:
-        state = model.start()
-        now = Increment(0, 0.0, state, model.respond(state, stiffness=False), share)
-        yield now
     parts = model, prescribed, settings, solver
     newton = Newton(*parts) if guide is None else GuidedNewton(guide, *parts)
-    flow = Flow(newton)
-    settings = replace(settings, waste=max(settings.waste, int(WORK / (500 + model.size))))
-    attempts = _Attempts(settings, now.headway)
-    size, largest = now.size, min(now.largest, share)
-    while now.load < 1.0:
-        target = _target(now.load, size, prescribed, settings)
-        if not target - now.load > SMALLEST:
-            raise ConvergenceError(
-                f"{attempts.reason}; the increment has become too small. {settings.remedy}"
-            )
-        flows = attempts.failed > settings.vain
-        method = flow if flows else newton
+    if resume is None:
+        state = model.start()
+        resume = Increment(0, 0.0, state, model.respond(state, stiffness=False), 1.0 / settings.increments)
+        yield resume
+    path = _Path(newton, resume)
+    while path.now.load < 1.0:
+        target = path.target()
         try:
-            left = settings.waste - attempts.tried
-            done = flow.increment(now, target, left) if flows else newton.increment(now, target)
-        except ConvergenceError as error:
-            raise ConvergenceError(f"increment {now.index + 1}, load factor {target:.6g}: {error}") from None
+            done = path.attempt(target)
         except NotConverged as failure:
-            reason = (
-                f"increment {now.index + 1} does not converge beyond load factor {now.load:.6g}: {failure}"
-            )
+            reason = f"{path.number} does not converge beyond load factor {path.now.load:.6g}: {failure}"
         else:
-            # An increment that was too coarse for the sums of a check does not limit increments far beyond it.
-            most = min(share, largest * settings.growth)
-            quick = flows or done.newton_iterations <= settings.quick
-            iterations, of_solver = (attempts.spent + method.spent).tolist()
-            done = replace(
-                done,
-                size=min(most, size * settings.growth) if quick else size,
-                largest=most,
-                newton_iterations=iterations,
-                krylov_iterations=of_solver,
-                headway=attempts.after(target, largest, method.spent),
-            )
-            reason = yield done
-            if not reason:
-                attempts.end(done.headway)
-                now, size, largest = done, done.size, most
+            rejected = yield done
+            if not rejected:
+                path.accept(done)
                 continue
+            reason = rejected
             # The next ones would be too large as well.
-            largest = 0.5 * (target - now.load)
-        attempts.add(now, method.spent, reason)
-        size = 0.5 * (target - now.load)
-        log.info("%s: a shorter step follows, %.3g of the load", reason, size)
+            path.largest = 0.5 * (target - path.now.load)
+        path.shorten(target, reason)
 
 
-def _target(load: float, size: float, prescribed: PrescribedDisplacement, settings: Settings) -> float:
-    """Return the load factor at which an increment of a size ends: at a stop on the way, or where it is a share."""
-    target = load + size
-    # Whole shares of the load stay free of rounding.
-    whole = round(target * settings.increments) / settings.increments
-    if abs(target - whole) < SMALLEST:
-        target = whole
-    stop = prescribed.next_stop(load + SMALLEST)
-    if target > stop - SMALLEST:
-        target = stop
-    return target if target < 1.0 - SMALLEST else 1.0
+class _Path:
+    """The last accepted increment, and attempts at the next one, with what they have cost."""
 
+    def __init__(self, newton: Newton, now: Increment) -> None:
+        self.newton, self.flow = newton, Flow(newton)
+        self.settings, self.prescribed = newton.settings, newton.prescribed
+        self.waste = max(self.settings.waste, int(WORK / (500 + newton.model.size)))
+        self.reason = ""  # why the last attempt failed
+        self.accept(now)
 
-class _Attempts:
-    """Failed attempts since the last increment, and since the path last made progress."""
+    def accept(self, now: Increment) -> None:
+        """Go on from an increment."""
+        self.now, self.size, self.largest = now, now.size, min(now.largest, 1.0 / self.settings.increments)
+        self.number = f"increment {now.index + 1}"
+        # Iterations since the path last made progress, at a load factor: of failed attempts, and all
+        self.since, self.failed, self.tried = now.headway
+        self.cutbacks = 0
+        self.spent = np.zeros(2, dtype=int)  # of failed attempts, in Newton's method and the linear solver
 
-    def __init__(self, settings: Settings, headway: tuple[float, int, int]) -> None:
-        self.settings = settings
-        self.reason = ""
-        self.end(headway)
+    def target(self) -> float:
+        """Return the load factor to try next: a stop on the way, or a share of the load.
 
-    def add(self, now: Increment, spent: np.ndarray, reason: str) -> None:
-        """Count a failed attempt beyond an increment."""
-        self._cutbacks, self.reason = self._cutbacks + 1, reason
-        self.spent, self.failed, self.tried = (
-            self.spent + spent,
-            self.failed + spent[0],
-            self.tried + spent[0],
+        Raises ConvergenceError if the increment has become too small.
+        """
+        now, increments = self.now.load, self.settings.increments
+        target = now + self.size
+        # Whole shares of the load stay free of rounding.
+        whole = round(target * increments) / increments
+        if abs(target - whole) < SMALLEST:
+            target = whole
+        stop = self.prescribed.next_stop(now + SMALLEST)
+        if target > stop - SMALLEST:
+            target = stop
+        if target > 1.0 - SMALLEST:
+            target = 1.0
+        if not target - now > SMALLEST:
+            raise ConvergenceError(
+                f"{self.reason}; the increment has become too small. {self.settings.remedy}"
+            )
+        return target
+
+    def attempt(self, target: float) -> Increment:
+        """Return the increment at a load factor, by a viscous flow where Newton's method alone was in vain.
+
+        Raises NotConverged if a shorter increment may help, ConvergenceError if none can.
+        """
+        flows = self.failed > self.settings.vain
+        self.method = self.flow if flows else self.newton
+        try:
+            if flows:
+                done = self.flow.increment(self.now, target, self.waste - self.tried)
+            else:
+                done = self.newton.increment(self.now, target)
+        except ConvergenceError as error:
+            raise ConvergenceError(f"{self.number}, load factor {target:.6g}: {error}") from None
+        # An increment that was too coarse for the sums of a check does not limit increments far beyond it.
+        most = min(1.0 / self.settings.increments, self.largest * self.settings.growth)
+        quick = flows or done.newton_iterations <= self.settings.quick
+        iterations, of_solver = (self.spent + self.method.spent).tolist()
+        headway = self.since, int(self.failed), int(self.tried + self.method.spent[0])
+        return replace(
+            done,
+            size=min(most, self.size * self.settings.growth) if quick else self.size,
+            largest=most,
+            newton_iterations=iterations,
+            krylov_iterations=of_solver,
+            headway=(target, 0, 0) if target - self.since >= min(self.largest, HEADWAY) else headway,
         )
-        if self._cutbacks > self.settings.cutbacks:
+
+    def shorten(self, target: float, reason: str) -> None:
+        """Count a failed attempt, and halve the increment; raises ConvergenceError if that has become vain."""
+        spent, self.reason = self.method.spent, reason
+        self.cutbacks, self.spent = self.cutbacks + 1, self.spent + spent
+        self.failed, self.tried = self.failed + spent[0], self.tried + spent[0]
+        if self.cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
                 f"{reason}; the increment was halved {self.settings.cutbacks} times. {self.settings.remedy}"
             )
-        if self.tried > self.settings.waste:
+        if self.tried > self.waste:
             raise ConvergenceError(
-                f"increment {now.index + 1} makes no progress beyond load factor {now.load:.6g}: {self.tried} "
-                f"iterations since load factor {self._since:.6g}; at last, {reason}. {self.settings.remedy}"
+                f"{self.number} makes no progress beyond load factor {self.now.load:.6g}: {self.tried} "
+                f"iterations since load factor {self.since:.6g}; at last, {reason}. {self.settings.remedy}"
             )
-
-    def after(self, load: float, largest: float, spent: np.ndarray) -> tuple[float, int, int]:
-        """Return the progress at a load factor that was reached; see `Increment.headway`."""
-        if load - self._since >= min(largest, HEADWAY):
-            return load, 0, 0
-        return self._since, int(self.failed), int(self.tried + spent[0])
-
-    def end(self, headway: tuple[float, int, int]) -> None:
-        """Start counting anew after an accepted increment."""
-        self._since, self.failed, self.tried = headway
-        self._cutbacks = 0
-        self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and of the linear solver
+        self.size = 0.5 * (target - self.now.load)
+        log.info("%s: a shorter step follows, %.3g of the load", reason, self.size)

@@ -1,18 +1,102 @@
-"""Membranes of finite strain in their plane: total Lagrangian quadrilaterals as a model that a solver can drive.
-
-Elements have (p + 1)^2 nodes, Lagrange's polynomials of degree p on even places and as many Gauss points; p = 1 and 2
-are the bilinear and the biquadratic element (Bonet and Wood 2008, chapters 8 and 9).
-"""
+"""Membranes of finite strain in their plane: laws of a fabric, and quadrilaterals that a solver can drive."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.assembly import Assembly
-from knitstudy.mechanics.membrane_law import MembraneLaw
 from knitstudy.mechanics.model import Memoryless, Response
+
+# Laws of a fabric as a membrane: energy over undeformed area by the strains in its plane
+# Strains are Green's, E = (E_11, E_22, 2 E_12), in axes of the undeformed fabric (1 course, 2 wale); stresses (second
+# Piola-Kirchhoff, times thickness) are forces per width S = dW/dE [N/m]. Cells of an endless fabric have stretches
+# e = U - 1 instead, and the forces per width T = (dE/de)^T S that do work on them: `green` leads from one to the other.
+#
+# An energy that is convex in E has a positive tangent wherever principal stresses are not negative: F^T F is convex in
+# F (Ogden 1997, Non-linear elastic deformations, section 6.2). Where one is negative a fabric wrinkles.
+
+Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""W (...) [J/m2], S (..., 3) [N/m] and dS/dE (..., 3, 3) [N/m] at strains (..., 3)."""
+
+
+class MembraneLaw:
+    """An energy over area with its derivatives; a law has `respond`."""
+
+    def respond(self, strain: Floats) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
+        raise NotImplementedError
+
+    def energy(self, strain: Floats) -> Floats:
+        """Return W (...) [J/m2]."""
+        return self.respond(strain)[0]
+
+    def stress(self, strain: Floats) -> Floats:
+        """Return S = dW/dE (..., 3) [N/m]."""
+        return self.respond(strain)[1]
+
+    def tangent(self, strain: Floats) -> Floats:
+        """Return dS/dE (..., 3, 3) [N/m]."""
+        return self.respond(strain)[2]
+
+
+@dataclass(frozen=True, eq=False)
+class ExponentialLaw(MembraneLaw):
+    """W = E . A E / 2 + sum of w (exp(a . E) - 1 - a . E) with A >= 0 and w > 0: free of stress at rest, and convex.
+
+    A term stiffens where a . E > 0 and its stress saturates where that is negative, so that such sums come near any
+    curve that rises.
+    """
+
+    form: Floats  # A (3, 3), symmetric [N/m]
+    weight: Floats  # (k,) w [N/m]
+    slope: Floats  # (k, 3) a
+
+    def respond(self, strain: Floats) -> Parts:
+        """Return energy, stress and tangent at strains (..., 3)."""
+        along, linear = strain @ self.slope.T, strain @ self.form
+        growth = np.expm1(along)
+        energy = 0.5 * (strain * linear).sum(axis=-1) + (growth - along) @ self.weight
+        factor = self.weight * (1 + growth)
+        tangent = self.form + np.einsum("...k,ki,kj->...ij", factor, self.slope, self.slope, optimize=True)
+        return energy, linear + (self.weight * growth) @ self.slope, tangent
+
+
+def green(stretch: Floats) -> tuple[Floats, Floats]:
+    """Return Green's strains (..., 3) of stretches e = U - 1 (..., 3), shear doubled, and dE/de (..., 3, 3).
+
+    Examples
+    --------
+    >>> green(np.array([0.1, 0.0, 0.0]))[0].round(12)  # (1.1^2 - 1) / 2
+    array([0.105, 0.   , 0.   ])
+    """
+    one, two, half = 1 + stretch[..., 0], 1 + stretch[..., 1], 0.5 * stretch[..., 2]
+    both, none = one + two, np.zeros_like(one)
+    strain = np.stack([(one**2 + half**2 - 1) / 2, (two**2 + half**2 - 1) / 2, half * both], axis=-1)
+    rows = ((one, none, half / 2), (none, two, half / 2), (half, half, both / 2))
+    return strain, np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def forces_per_width(law: MembraneLaw, stretch: Floats) -> Floats:
+    """Return the forces per undeformed width T (..., 3) [N/m] at stretches e = U - 1 (..., 3).
+
+    Examples
+    --------
+    >>> law = ExponentialLaw(np.diag([100.0, 50.0, 10.0]), np.empty(0), np.empty((0, 3)))
+    >>> forces_per_width(law, np.array([0.1, 0.0, 0.0])).round(9)  # 100 E (1 + e), E = e + e^2 / 2
+    array([11.55,  0.  ,  0.  ])
+    """
+    strain, derivative = green(stretch)
+    return np.einsum("...i,...ij->...j", law.stress(strain), derivative)
+
+
+# Total Lagrangian quadrilaterals
+# Elements have (p + 1)^2 nodes, Lagrange's polynomials of degree p on even places and as many Gauss points; p = 1 and 2
+# are the bilinear and the biquadratic element (Bonet and Wood 2008, chapters 8 and 9).
 
 # Entries of F^T F that strains are made of: E_11, E_22 and 2 E_12
 FIRST, SECOND = [0, 1, 0], [0, 1, 1]
@@ -25,8 +109,8 @@ class MembraneModel(Memoryless):
 
     def __init__(
         self,
-        nodes: np.ndarray,  # (N, 2) undeformed [m]
-        elements: np.ndarray,  # int (E, (p + 1)^2), their nodes, line by line
+        nodes: Floats,  # (N, 2) undeformed [m]
+        elements: Ints,  # (E, (p + 1)^2), their nodes, line by line
         law: MembraneLaw,
     ) -> None:
         self.nodes, self.elements, self.law = nodes, elements, law
@@ -43,26 +127,26 @@ class MembraneModel(Memoryless):
         pairs = elements.shape[1] ** 2 * len(elements)
         self._assembly = Assembly([elements], len(nodes), block=2, pairs=pairs)
 
-    def start(self) -> np.ndarray:
+    def start(self) -> Floats:
         """Return the undeformed state."""
         return np.zeros_like(self.nodes)
 
-    def advance(self, state: np.ndarray, step: np.ndarray) -> np.ndarray:
+    def advance(self, state: Floats, step: Floats) -> Floats:
         """Return the state a step (size,) further."""
         return state + step.reshape(-1, 2)
 
-    def deformation(self, state: np.ndarray) -> np.ndarray:
+    def deformation(self, state: Floats) -> Floats:
         """Return the deformation gradients F (E, g, 2, 2) at the Gauss points."""
         return np.eye(2) + np.einsum("eai,egaj->egij", state[self.elements], self._slope)
 
-    def principal_forces(self, state: np.ndarray) -> np.ndarray:
+    def principal_forces(self, state: Floats) -> Floats:
         """Return the principal forces per deformed width (E, g, 2) at the Gauss points, rising [N/m]."""
         gradient = self.deformation(state)
         stress = self.law.stress(strains(gradient))[..., [[0, 2], [2, 1]]]
         cauchy = gradient @ stress @ np.swapaxes(gradient, -1, -2)
         return np.linalg.eigvalsh(cauchy / np.linalg.det(gradient)[..., None, None])
 
-    def respond(self, state: np.ndarray, stiffness: bool) -> Response:
+    def respond(self, state: Floats, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
         gradient, slope = self.deformation(state), self._slope
         inside_out = np.linalg.det(gradient) <= 0
@@ -78,7 +162,7 @@ class MembraneModel(Memoryless):
             stiffness=self._stiffness(gradient, tensor, tangent) if stiffness else None,
         )
 
-    def _stiffness(self, gradient: np.ndarray, tensor: np.ndarray, tangent: np.ndarray) -> sp.bsr_matrix:
+    def _stiffness(self, gradient: Floats, tensor: Floats, tangent: Floats) -> sp.bsr_matrix:
         """Return the tangent stiffness: of the law, and of the stress."""
         slope = self._slope
         # dE_q = B_qai du_ai
@@ -97,7 +181,7 @@ class MembraneModel(Memoryless):
         return self._assembly.matrix(summed)
 
 
-def strains(gradient: np.ndarray) -> np.ndarray:
+def strains(gradient: Floats) -> Floats:
     """Return Green's strains (..., 3) of deformation gradients (..., 2, 2).
 
     Examples
@@ -109,7 +193,7 @@ def strains(gradient: np.ndarray) -> np.ndarray:
     return 0.5 * (square[..., FIRST, SECOND] - [1, 1, 0]) * [1, 1, 2]
 
 
-def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
+def _reference(degree: int) -> tuple[Floats, Floats]:
     """Return the slopes (g, a, 2) of the shapes at the Gauss points of the square of side 2, and weights (g,)."""
     at, weight = np.polynomial.legendre.leggauss(degree + 1)
     places = np.linspace(-1, 1, degree + 1)
@@ -123,7 +207,7 @@ def _reference(degree: int) -> tuple[np.ndarray, np.ndarray]:
 
 def rectangle(
     sides: tuple[float, float], elements: tuple[int, int], degree: int = 2
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[Floats, Ints, Ints]:
     """Return nodes (N, 2) [m] of a rectangle, elements (E, a), and the numbers of the nodes by both places.
 
     Examples

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.rotation import hat
 
 
@@ -15,27 +16,33 @@ from knitstudy.mechanics.rotation import hat
 class Response:
     """Internal force of a state, with its tangent if that was asked for."""
 
-    force: np.ndarray  # (size,), internal force conjugate to the unknowns [N, and N m for spins]
+    force: Floats  # (size,), internal force conjugate to the unknowns [N, and N m for spins]
     # mean magnitude of the nodal forces of the single elements [N]; residuals are measured against it
     mean_force: float
     energy: dict[str, float] = field(default_factory=dict)  # stored energies by form [J], from potentials
     # (size, size), derivative of `force` with respect to a step of the unknowns
     stiffness: sp.spmatrix | sp.sparray | None = None
     # (N, 3), internal force at all nodes of solids, tied ones included [N]: there the tie supplies it
-    node_force: np.ndarray | None = None
+    node_force: Floats | None = None
     # (size, size), addition to `stiffness` by friction and the turning of contact surfaces: without it the rest is
     # symmetric and as positive as the solids. None where the whole stiffness is
     unsymmetric: sp.bsr_matrix | None = None
     # nodes of the unknowns that contact acts on; empty without contact
-    touching: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    touching: Ints = field(default_factory=lambda: np.empty(0, dtype=np.int64))
     # (n, 3), how far the nodes of the unknowns are from where they were undeformed [m]: with a tangent of solids
-    moved: np.ndarray | None = None
+    moved: Floats | None = None
     # which contact points touch, stick and slip: an increment has converged when that changes no more
-    status: np.ndarray | None = None
+    status: Ints | None = None
     # sum of the magnitudes of the viscous forces on all nodes, of stabilisation or drag [N]
     viscous_force: float = 0.0
     pulled: bool = False  # whether the first guess of an increment that begins here is to balance `force`
     assembly_seconds: float = 0.0  # part of the evaluation's time that summing up took
+
+    @property
+    def tangent(self) -> sp.bsr_matrix | sp.csr_matrix:
+        """The stiffness of a response that was asked for with it."""
+        assert self.stiffness is not None, "this response was asked for without its stiffness"
+        return self.stiffness
 
     def same_status(self, other: Response) -> bool:
         """Return whether contact points have the same status in both."""
@@ -84,7 +91,7 @@ class Model(Protocol):
     def start(self) -> Any:
         """Return the undeformed state."""
 
-    def advance(self, state: Any, step: np.ndarray) -> Any:
+    def advance(self, state: Any, step: Floats) -> Any:
         """Return a new state, a step (size,) further along a straight line; spins act from the left.
 
         The tangent of that state may depend on the step, which helps Newton's method. The tangent of a state from
@@ -93,12 +100,6 @@ class Model(Protocol):
 
     def begin(self, state: Any, load: float, change: float) -> Any:
         """Return the state in which an increment of the load factor by `change` to `load` starts."""
-
-    def motion_of_neighbours(self, state: Any, step: np.ndarray) -> float:
-        """Return the largest relative motion of bodies that are near each other [m], over a step (size,).
-
-        Newton's method limits this motion; of a model without this method it limits the largest displacement.
-        """
 
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return force, energies and, if asked, the tangent of a state; earlier calls do not change it."""
@@ -118,7 +119,7 @@ class Model(Protocol):
 
 def eliminate(
     matrix: sp.bsr_matrix | sp.csr_matrix,  # (size, size), of structurally symmetric pattern
-    fixed: np.ndarray,  # int (k,), prescribed unknowns
+    fixed: Ints,  # (k,), prescribed unknowns
     diagonal: float | None = None,  # value of their diagonal entries; by default the mean stiffness
 ) -> None:
     """Set the rows and columns of prescribed unknowns to zero, in place, and their diagonal entries to a value.
@@ -138,7 +139,7 @@ def eliminate(
     keep = np.ones(matrix.shape[0], dtype=bool)
     keep[fixed] = False
     keep = keep.reshape(-1, block)
-    touched = ~keep.all(axis=1)
+    touched = np.any(~keep, axis=1)
     row = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
     entries = np.flatnonzero(touched[row] | touched[matrix.indices])
     row, column = row[entries], matrix.indices[entries]
@@ -166,10 +167,10 @@ def transformation(
 
 
 def rigid_motions(
-    position: np.ndarray,  # (n, 3), nodes [m]
-    unity: np.ndarray,  # (n,), what the constant 1 has at the nodes: 1 where they are places, else coefficients
-    group: np.ndarray,  # int (n,), group of every node, 0 to g - 1
-) -> np.ndarray:
+    position: Floats,  # (n, 3), nodes [m]
+    unity: Floats,  # (n,), what the constant 1 has at the nodes: 1 where they are places, else coefficients
+    group: Ints,  # (n,), group of every node, 0 to g - 1
+) -> Floats:
     """Return the rigid motions (n, 3, 6) of groups of nodes: translations, and rotations about the group's centre.
 
     Rotations are over the mean radius of gyration. A node that is a coefficient of anything but the constant stays
@@ -206,7 +207,7 @@ class Stabilisation:
         """Return the forces with c = share E / h^2: h [m] the element size, volume (n,) of every node [m3]."""
         return cls(np.repeat(share * youngs_modulus / length**2 * volume, 3))
 
-    def stiffness(self, load: float, change: float) -> np.ndarray:
+    def stiffness(self, load: float, change: float) -> Floats:
         """Return the diagonal stiffness (size,) [N/m] within an increment of the load factor to `load`."""
         return self.coefficient * max(1.0 - load, 0.0) / change
 

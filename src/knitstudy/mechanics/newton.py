@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.hold import Hold, typical_stiffness
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import (
     PHASES,
+    Hold,
     Increment,
     PrescribedDisplacement,
     Rate,
@@ -22,6 +23,7 @@ from knitstudy.mechanics.increment import (
     Trial,
     extrapolated,
     line_search,
+    typical_stiffness,
 )
 from knitstudy.mechanics.linear import LinearSolver, System
 from knitstudy.mechanics.model import Model, Response, eliminate, summed
@@ -52,7 +54,7 @@ class Iterate:
     """
 
     state: Any
-    total: np.ndarray
+    total: Floats
     response: Response
     residuals: list[float]
     correction: float = np.inf
@@ -94,7 +96,7 @@ class Newton:
         self.seconds = dict.fromkeys(PHASES, 0.0)
 
     @cached_property
-    def unit(self) -> np.ndarray:
+    def unit(self) -> Floats:
         """The stiffness (size,) of a typical unknown; that of prescribed ones is zero."""
         return typical_stiffness(self.model, self.prescribed.fixed)
 
@@ -148,7 +150,7 @@ class Newton:
             return self._predict(now, target, turned=True)
         return at
 
-    def _start_at(self, now: Increment, target: float, guess: np.ndarray) -> Iterate:
+    def _start_at(self, now: Increment, target: float, guess: Floats) -> Iterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
         response = self._respond(state, guess, stiffness=False)
@@ -169,7 +171,7 @@ class Newton:
         return at
 
     def _predicted(
-        self, now: Increment, target: float, rates: tuple[Rate, ...], change: np.ndarray | None = None
+        self, now: Increment, target: float, rates: tuple[Rate, ...], change: Floats | None = None
     ) -> Iterate:
         """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
@@ -179,17 +181,19 @@ class Newton:
         """
         begun = self.model.begin(now.state, target, target - now.load)
         # Multipliers start from zero again, and so do the displacements that they caused.
-        led = change is not None
-        guess = self._with_prescribed(now, target, change) if led else self._guess(now, begun, target, rates)
+        if change is not None:
+            guess = self._with_prescribed(now, target, change)
+        else:
+            guess = self._guess(now, begun, target, rates)
         total = guess - sum(now.updates)
         state = self.model.advance(begun, total)
-        if len(rates) > 1 or led:
+        if len(rates) > 1 or change is not None:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, total, stiffness=False)
         residuals, changed = [self.residual(response)], response.status is not None
         return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
-    def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> np.ndarray:
+    def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> Floats:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
         guess = extrapolated(rates, target - now.load) if rates else np.zeros(self.model.size)
         guess = self._with_prescribed(now, target, guess)
@@ -197,11 +201,11 @@ class Newton:
             return guess
         # Moving the prescribed nodes alone would crush the elements there: the tangent spreads their motion.
         response = self._tangent(begun, 0.0)
-        pull = -(response.stiffness @ guess) - (response.force if response.pulled else 0.0)
+        pull = -(response.tangent @ guess) - (response.force if response.pulled else 0.0)
         self._eliminate(response)
         return guess + self._solve(np.where(self.free, pull, 0.0), 1e-12 if self.settings.exact else 1e-3)
 
-    def _with_prescribed(self, now: Increment, target: float, change: np.ndarray) -> np.ndarray:
+    def _with_prescribed(self, now: Increment, target: float, change: Floats) -> Floats:
         """Return a change (size,) with the prescribed motion in it."""
         change = change.copy()
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
@@ -294,7 +298,7 @@ class Newton:
             timings=self.seconds,
         )
 
-    def _respond(self, state: Any, change: np.ndarray | float, stiffness: bool) -> Response:
+    def _respond(self, state: Any, change: Floats | float, stiffness: bool) -> Response:
         started = time.perf_counter()
         response = self.model.respond(state, stiffness)
         if self.hold is not None:
@@ -304,20 +308,20 @@ class Newton:
         self.seconds["elements"] += spent - response.assembly_seconds
         return response
 
-    def _tangent(self, state: Any, change: np.ndarray | float) -> Response:
+    def _tangent(self, state: Any, change: Floats | float) -> Response:
         # Two tangents at once would be the largest part of the memory.
         self.solver.release()
         return self._respond(state, change, stiffness=True)
 
     def _eliminate(self, response: Response) -> None:
         started = time.perf_counter()
-        eliminate(response.stiffness, self.prescribed.fixed)
+        eliminate(response.tangent, self.prescribed.fixed)
         if response.unsymmetric is not None:
             eliminate(response.unsymmetric, self.prescribed.fixed, diagonal=0.0)
-        self.solver.use(System(response.stiffness, response.unsymmetric, response.touching, response.moved))
+        self.solver.use(System(response.tangent, response.unsymmetric, response.touching, response.moved))
         self.seconds["constraints"] += time.perf_counter() - started
 
-    def _solve(self, rhs: np.ndarray, tolerance: float) -> np.ndarray:
+    def _solve(self, rhs: Floats, tolerance: float) -> Floats:
         started = time.perf_counter()
         try:
             solution = self.solver.solve(rhs, tolerance)
@@ -347,7 +351,7 @@ class Newton:
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, at: Iterate, step: np.ndarray) -> Trial:
+    def _search(self, at: Iterate, step: Floats) -> Trial:
         """Return the trial state to accept along a step, which moves no farther than a stride."""
         longest, stride = self._longest(at.state, step), self.settings.stride
         cut = stride / longest if longest > stride else 1.0
@@ -365,17 +369,18 @@ class Newton:
             raise NotConverged("the line search found no shorter step that lowers the residual")
         return result if cut == 1 else replace(result, share=cut * result.share)
 
-    def _longest(self, state: Any, step: np.ndarray) -> float:
+    def _longest(self, state: Any, step: Floats) -> float:
         """Return the motion of a step that `Settings.stride` limits [m].
 
-        Of models with neighbours it is their relative motion, which is at most twice the largest displacement.
+        Of models with `motion_of_neighbours`, bodies that are near each other, it is their largest relative motion over
+        the step, which is at most twice the largest displacement.
         """
         size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:
             return size
         return of_neighbours(state, step)
 
-    def largest(self, step: np.ndarray) -> float:
+    def largest(self, step: Floats) -> float:
         """Return the largest displacement of a step."""
         return float(np.max(np.abs(step * self.model.scale)[self.free], initial=0.0))
 

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import by_parts, parts, share
 
 # Block rows in which places are looked for at once, and blocks that are added at once: both bound the memory.
@@ -86,7 +87,7 @@ def lacking(matrix: sp.bsr_matrix, part: sp.bsr_matrix) -> Iterator[None]:
         _add(matrix.data, places, part.data)
 
 
-def _add(total: np.ndarray, place: np.ndarray, blocks: np.ndarray, add: np.ufunc = np.add) -> None:
+def _add(total: Floats, place: np.ndarray, blocks: Floats, add: np.ufunc = np.add) -> None:
     """Add blocks (k, b, b) to the blocks of a total at different places (k,), few at a time."""
     some = parts(len(place), FEW)
 
@@ -97,14 +98,14 @@ def _add(total: np.ndarray, place: np.ndarray, blocks: np.ndarray, add: np.ufunc
     share(put, len(some))
 
 
-def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.ndarray]:
+def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, Bools]:
     """Return where the large pattern has, or would have, every block of a small one, and whether it has it.
 
     Blocks that it does not have go before the first block of the row with a larger column, or to the row's end.
     """
     nodes = len(large.indptr) - 1
 
-    def places(part: slice) -> tuple[np.ndarray, np.ndarray]:
+    def places(part: slice) -> tuple[np.ndarray, Bools]:
         low, high, _ = part.indices(nodes)
         count = np.diff(small.indptr[low : high + 1])
         row, rows = low + np.repeat(np.arange(high - low), count), low + np.flatnonzero(count)
@@ -122,7 +123,7 @@ def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, np.
     return by_parts(places, nodes, ROWS)
 
 
-def _from_its_start(part: np.ndarray) -> np.ndarray | None:
+def _from_its_start(part: Floats) -> Floats | None:
     """Return the array, flat, that a flat array is the first part of; None if it is another part or not a part."""
     whole = part.base
     if not isinstance(whole, np.ndarray) or not whole.flags.c_contiguous or whole.dtype != part.dtype:
@@ -130,7 +131,7 @@ def _from_its_start(part: np.ndarray) -> np.ndarray | None:
     return whole.reshape(-1) if whole.ctypes.data == part.ctypes.data else None
 
 
-def block_entries(matrix: sp.bsr_matrix, nodes: np.ndarray) -> np.ndarray:
+def block_entries(matrix: sp.bsr_matrix, nodes: Ints) -> Ints:
     """Return the positions of the blocks of some block rows, row by row.
 
     Examples

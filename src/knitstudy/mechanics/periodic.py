@@ -2,15 +2,23 @@
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
-from knitstudy.mechanics.model import Model, Response
+from knitstudy.mechanics.model import Memoryless, Model, Response, summed
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
@@ -30,7 +38,7 @@ STRAINS = ("x", "y", "xy")  # components in the plane; of curvatures and moments
 class Lattice:
     """How a sheet repeats itself."""
 
-    vectors: np.ndarray  # (2, 3), from a point to its images, in the plane of x and y [m]
+    vectors: Floats  # (2, 3), from a point to its images, in the plane of x and y [m]
     reference: float = 0.0  # height of the plane of reference [m]
 
     @property
@@ -39,16 +47,16 @@ class Lattice:
         return float(abs(np.cross(*self.vectors)[2]))
 
     @property
-    def lengths(self) -> np.ndarray:
+    def lengths(self) -> Floats:
         """Edges of the cell (3,) by which strains in the plane are multiplied for a displacement [m]."""
         return np.linalg.norm(self.vectors, axis=1)[[0, 1, 1]]
 
     def jumps(
         self,
         number: int,  # of the vector
-        nodes: np.ndarray,  # (N, 3), undeformed places, or coefficients of them [m]
-        unity: np.ndarray,  # (N,), coefficients of the constant 1
-    ) -> np.ndarray:
+        nodes: Floats,  # (N, 3), undeformed places, or coefficients of them [m]
+        unity: Floats,  # (N,), coefficients of the constant 1
+    ) -> Floats:
         """Return the jumps (N, 3, 6) of nodes to their images by one of the vectors, for each generalised strain."""
         t = self.vectors[number, :2]
         way = np.array([[t[0], 0, 0.5 * t[1]], [0, t[1], 0.5 * t[0]]])  # E t, and K t, by components of E, K
@@ -86,15 +94,15 @@ class PeriodicModel:
         self._measure = (spread @ factorise(self._collect @ spread).solve(last)).T
 
     @property
-    def lattice(self) -> np.ndarray:
+    def lattice(self) -> Ints:
         """Unknowns (3,) of the lattice."""
         return self.size + np.arange(-3, 0)
 
-    def stretched(self, displacement: np.ndarray) -> np.ndarray:
+    def stretched(self, displacement: Floats) -> Floats:
         """Return the unknowns (3,) of the lattice in a displacement (model.size,) of the model [m]."""
         return self._measure @ displacement
 
-    def advance(self, state: Any, step: np.ndarray) -> Any:
+    def advance(self, state: Any, step: Floats) -> Any:
         """Return the state displaced by `step` (size,) [m]."""
         return self.model.advance(state, self.spread @ step)
 
@@ -119,10 +127,10 @@ class PeriodicModel:
 
 def condensed(
     stiffness: sp.spmatrix,  # (size, size), symmetric
-    fields: np.ndarray,  # (size, m)
+    fields: Floats,  # (size, m)
     spread: sp.csr_matrix,  # (size, n), S
-    held: np.ndarray,  # int (k,), of the n: they stay 0, so that nothing can move for nothing
-) -> np.ndarray:
+    held: Ints,  # (k,), of the n: they stay 0, so that nothing can move for nothing
+) -> Floats:
     """Return the symmetric stiffness (m, m) against the amounts of fields, u = S q + fields a, with q in balance.
 
     Raises ConvergenceError if something else moves without any stiffness.
@@ -165,14 +173,14 @@ class Seam:
 
     wrapped: sp.csr_matrix  # (n, p) W: nodes of the yarn with two ends from nodes that wrap around
     beyond: sp.csr_matrix  # (n, p) S: how much of the jump of each its nodes carry
-    order: np.ndarray  # int (p,), function over the section of every node that wraps around
+    order: Ints  # (p,), function over the section of every node that wraps around
 
     @property
-    def unity(self) -> np.ndarray:
+    def unity(self) -> Floats:
         """Coefficients (p,) of the constant 1."""
         return (self.order == 0).astype(float)
 
-    def nodes(self, wrapped: np.ndarray, period: np.ndarray) -> np.ndarray:
+    def nodes(self, wrapped: Floats, period: Floats) -> Floats:
         """Return the undeformed nodes (n, 3) from nodes that wrap around (p, 3), the image `period` (3,) away [m]."""
         return self.wrapped @ wrapped + self.beyond @ np.multiply.outer(self.unity, period)
 
@@ -239,3 +247,182 @@ def conversion(spline: Spline, beyond: int = 0) -> sp.csr_matrix:
     solution = np.linalg.lstsq(spline.matrix(s).toarray(), goal, rcond=None)[0]
     solution[np.abs(solution) < ROUNDING] = 0.0
     return sp.csr_matrix(solution)
+
+
+# Beams of yarns that repeat themselves in two directions, and touch each other and their images
+
+# Where yarns do not touch yet nothing holds their rows or a free lattice: a faint drag within each increment does, this
+# times EI / L^3 of the yarn of one period. Loops resist by a hundred EI / L^3 and more
+DRAG = 0.01
+
+# Load factor at which a way to rest has ended. Friction after an increment is out of balance by as much as the
+# increment has moved yarns: the last increments move none.
+RELEASED = 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class EndlessState:
+    """Configuration of the n nodes of one period."""
+
+    beams: BeamState
+    lattice: Floats  # (3,), strains in the plane times `Lattice.lengths` [m]
+    contact: LineHistory
+    moved: Floats  # (6 n + 3,), change of the unknowns since the increment began
+    dragged: float = 0.0  # work of the drag before [J]
+
+
+class EndlessBeams(Memoryless):
+    """A model whose unknowns are six of every node of one period, and the three of the lattice.
+
+    `inner` has the elements between them. Its further nodes are images: they move with their nodes and with the
+    lattice, and turn as their nodes do.
+    """
+
+    block = 3
+
+    def __init__(
+        self,
+        inner: BeamModel,  # of N nodes
+        owner: Ints,  # (N,), node of the period; the first n are themselves
+        image: Ints,  # (N, 2), how many periods away
+        lattice: Lattice,
+        contact: LineContact,  # of points
+        points: ContactPoints,
+        ramps: bool = False,  # whether natural curvature and diameter grow with the load
+        thinner: float = 0.0,  # by how much the diameter is smaller at first then [m]
+    ) -> None:
+        self.inner, self.owner, self.image = inner, owner, image
+        self.lattice, self.contact, self.points = lattice, contact, points
+        self.ramps, self.thinner = ramps, thinner
+        self.nodes = int(owner.max()) + 1
+        self.size = 6 * self.nodes + 3
+        self.scale = np.append(inner.scale[: 6 * self.nodes], np.ones(3))
+        self.length = inner.length
+        zero = np.zeros((1, 3))
+        self.moves = np.stack(
+            [lattice.jumps(k, zero, np.ones(1))[0, :, :3] / lattice.lengths for k in range(2)]
+        )
+        start = inner.start()
+        drawn = BeamState(
+            start.position[: self.nodes], start.rotation[: self.nodes], released=0.0 if ramps else 1.0
+        )
+        self._begins = EndlessState(drawn, np.zeros(3), LineHistory.none(), np.zeros(self.size))
+        self._drag = np.append(np.tile([1 / self.nodes] * 3 + [0] * 3, self.nodes), np.ones(3))
+        bending = np.trace(inner.elements.law[:, 3:, 3:], axis1=1, axis2=2).mean() / 3
+        period = inner.elements.length.sum() / (len(owner) - self.nodes)
+        self._drag *= DRAG * bending / period**3
+        self._stored: dict[str, float] = {}  # energies there
+        own = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), owner)))
+        shift = np.zeros((len(owner), 6, 3))
+        shift[:, :3] = np.einsum("ka,aij->kij", image, self.moves)
+        self.spread = sp.hstack([sp.kron(own, sp.identity(6)), shift.reshape(-1, 3)], format="csr")
+        self._collect = sp.csr_matrix(self.spread.T)
+        self._points_follow = points.spread(self.moves)
+        self._placed = lru_cache(maxsize=1)(self._place)  # the tangent needs what forces have needed
+
+    def starting_at(self, state: EndlessState) -> EndlessBeams:
+        """Return the model with another state in which the load begins; energies count from there on."""
+        model = copy(self)
+        model._stored = {}
+        model._begins, model._stored = state, model.respond(state, stiffness=False).energy
+        return model
+
+    @property
+    def lattice_unknowns(self) -> Ints:
+        """Unknowns (3,) of the lattice."""
+        return self.size + np.arange(-3, 0)
+
+    def start(self) -> EndlessState:
+        """Return the state in which the load begins; yarns that touch there stick from the first increment on.
+
+        Those whose diameter and curvature grow on the way to rest begin apart.
+        """
+        state = self._begins
+        if self.contact.mu and not self.ramps and state.contact.points is None:
+            points, vectors = self.at_points(state), self.vectors(state)
+            state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
+        return state
+
+    def vectors(self, state: EndlessState) -> Floats:
+        """Return the lattice vectors (2, 3) in a state [m]."""
+        return self.lattice.vectors + self.moves @ state.lattice
+
+    def advance(self, state: EndlessState, step: Floats) -> EndlessState:
+        """Return the state a step (size,) further."""
+        turn = np.asarray(step[:-3])
+        beams = self.inner.advance(state.beams, turn)
+        return replace(state, beams=beams, lattice=state.lattice + step[-3:], moved=state.moved + step)
+
+    def begin(self, state: EndlessState, load: float, change: float) -> EndlessState:
+        """Return the state in which an increment to a load factor starts."""
+        released = min(load / RELEASED, 1.0)
+        beams = replace(state.beams, released=released) if self.ramps else state.beams
+        return replace(state, beams=beams, moved=np.zeros(self.size))
+
+    def commit(self, state: EndlessState) -> EndlessState:
+        """Return the state that a converged increment leaves."""
+        contact = state.contact
+        if self.contact.mu:
+            contact = self._contact(state).commit(self.at_points(state), self.vectors(state), contact)
+        return replace(state, contact=contact, dragged=self._dragged(state), moved=np.zeros(self.size))
+
+    def _dragged(self, state: EndlessState) -> float:
+        """Return the work of the drag so far [J]."""
+        return state.dragged + 0.5 * float(self._drag @ state.moved**2)
+
+    def respond(self, state: EndlessState, stiffness: bool) -> Response:
+        """Return forces, energies and, if asked, the tangent."""
+        beams, contact, points, active = self._placed(state)
+        inner = self.inner.respond(beams, stiffness)
+        force, energy, tangent = contact.respond(
+            points, self.vectors(state), state.contact, stiffness, active, self._points_follow
+        )
+        if stiffness:
+            own = self._collect @ sp.csr_matrix(inner.stiffness) @ self.spread
+            tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
+            tangent.sort_indices()
+        return replace(
+            inner,
+            force=self._collect @ inner.force + self._points_follow.forces(force) + self._drag * state.moved,
+            energy=summed(
+                inner.energy | energy | {"stabilisation": self._dragged(state)},
+                {form: -stored for form, stored in self._stored.items()},
+            ),
+            stiffness=tangent,
+            status=np.zeros(
+                1, dtype=np.int64
+            ),  # Contact begins softly, but a force may still jump within a step.
+        )
+
+    def internal_energy(self, response: Response) -> float:
+        """Return the energy of the yarns in a response, that in which the load begins included [J]."""
+        return response.energy["internal"] + self._stored.get("internal", 0.0)
+
+    def at_points(self, state: EndlessState) -> BeamState:
+        """Return position and rotation of the points of contact."""
+        beams, points = state.beams, self.points
+        position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
+        return replace(beams, position=position, rotation=beams.rotation[points.station])
+
+    def _place(self, state: EndlessState) -> tuple[BeamState, LineContact, BeamState, ActivePairs]:
+        """Return the state of all nodes, the contact, the state of its points, and what touches."""
+        contact, points = self._contact(state), self.at_points(state)
+        return (
+            self._all(state),
+            contact,
+            points,
+            contact.active_pairs(points, self.vectors(state), state.contact),
+        )
+
+    def _contact(self, state: EndlessState) -> LineContact:
+        """Return the contact of yarns as thick as they have grown."""
+        if not self.ramps:
+            return self.contact
+        thinner = (1 - state.beams.released) * self.thinner
+        return self.contact.of_diameter(self.contact.repulsion.diameter - thinner)
+
+    def _all(self, state: EndlessState) -> BeamState:
+        """Return the state of all nodes, images included."""
+        beams = state.beams
+        position = beams.position[self.owner] + self.image @ self.vectors(state)
+        return replace(beams, position=position, rotation=beams.rotation[self.owner])

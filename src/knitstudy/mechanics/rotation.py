@@ -23,6 +23,8 @@ from functools import cached_property
 import numpy as np
 from scipy.special import zeta
 
+from knitstudy.mechanics.arrays import Floats
+
 _TERMS = np.arange(1, 29)  # (theta / 2 pi)^2 <= 1/4 for theta <= pi: the last term is below 1e-16
 _ETA = zeta(2.0 * _TERMS) * (1.0 - 2.0 ** (1 - 2 * _TERMS))
 _LAMBDA = zeta(2.0 * _TERMS) * (1.0 - 4.0**-_TERMS)
@@ -33,7 +35,7 @@ _B = np.polynomial.Polynomial(4.0 * _LAMBDA / _UNIT)
 _DG, _DB = _G.deriv(), _B.deriv()
 
 
-def hat(v: np.ndarray) -> np.ndarray:
+def hat(v: Floats) -> Floats:
     """Return the skew matrices (..., 3, 3) of vectors (..., 3): ``hat(v) @ u = v x u``.
 
     Examples
@@ -48,7 +50,7 @@ def hat(v: np.ndarray) -> np.ndarray:
     return skew
 
 
-def exp(v: np.ndarray) -> np.ndarray:
+def exp(v: Floats) -> Floats:
     """Return the rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula.
 
     Examples
@@ -63,7 +65,7 @@ def exp(v: np.ndarray) -> np.ndarray:
     return np.eye(3) + np.sinc(angle / np.pi) * skew + 0.5 * np.sinc(angle / (2 * np.pi)) ** 2 * (skew @ skew)
 
 
-def log(rotation: np.ndarray) -> np.ndarray:
+def log(rotation: Floats) -> Floats:
     """Return the rotation vectors (..., 3) [rad] of rotations (..., 3, 3).
 
     Meant for angles below pi: the axis comes from the skew part, whose rounding error grows as
@@ -88,43 +90,43 @@ class Halfway:
     ``d(a) = da Th . dTh`` and so on; derivatives are evaluated where they are asked for.
     """
 
-    square: np.ndarray  # (k,), the angles' squares [rad2]
-    a: np.ndarray  # (k,), as b and g: see above
-    b: np.ndarray
-    g: np.ndarray
+    square: Floats  # (k,), the angles' squares [rad2]
+    a: Floats  # (k,), as b and g: see above
+    b: Floats
+    g: Floats
 
     @classmethod
-    def of(cls, Th: np.ndarray) -> Halfway:
+    def of(cls, Th: Floats) -> Halfway:
         """Return the scalars for rotation vectors Th (k, 3) of angles up to pi."""
         square = np.einsum("ki,ki->k", Th, Th)
         g = _G(square / _UNIT)
         return cls(square, a=1.0 - square * g, b=_B(square / _UNIT), g=g)
 
     @property
-    def da(self) -> np.ndarray:
+    def da(self) -> Floats:
         """Derivative (k,) of a."""
         return -2.0 * self.g - self.square * self.dg
 
     @property
-    def db(self) -> np.ndarray:
+    def db(self) -> Floats:
         """Derivative (k,) of b."""
         return 2.0 / _UNIT * _DB(self.square / _UNIT)
 
     @cached_property
-    def dg(self) -> np.ndarray:
+    def dg(self) -> Floats:
         """Derivative (k,) of g."""
         return 2.0 / _UNIT * _DG(self.square / _UNIT)
 
-    def H(self, Th: np.ndarray) -> np.ndarray:
+    def H(self, Th: Floats) -> Floats:
         """Return the matrices (k, 3, 3) that take w2 - w1 to dTh."""
         return self.a[:, None, None] * np.eye(3) + self.g[:, None, None] * Th[:, :, None] * Th[:, None, :]
 
-    def Hm(self, Th: np.ndarray, m: np.ndarray) -> np.ndarray:
+    def Hm(self, Th: Floats, m: Floats) -> Floats:
         """Return ``H(Th) m`` (k, 3) for vectors m (k, 3)."""
         along = self.g * np.einsum("ki,ki->k", Th, m)
         return self.a[:, None] * m + along[:, None] * Th
 
-    def dHm(self, Th: np.ndarray, m: np.ndarray) -> np.ndarray:
+    def dHm(self, Th: Floats, m: Floats) -> Floats:
         """Return the derivatives (k, 3, 3) of ``H(Th) m`` over Th for fixed vectors m (k, 3)."""
         dot = np.einsum("ki,ki->k", Th, m)[:, None, None]
         g, da, dg = (value[:, None, None] for value in (self.g, self.da, self.dg))

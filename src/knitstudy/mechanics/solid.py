@@ -13,6 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.assembly import Assembly
 from knitstudy.mechanics.batches import SCRATCH, Reserve, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
@@ -25,7 +26,7 @@ from knitstudy.mechanics.pattern_sum import PatternSum
 # Cauchy stress, and the scalars that are drawn of it
 
 
-def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | None = None) -> np.ndarray:
+def cauchy_stress(gradient: Floats, material: Material, axes: np.ndarray | None = None) -> Floats:
     """Return the Cauchy stress (k, 3, 3) [Pa], F S F^T / det F, of deformation gradients F (k, 3, 3).
 
     `axes` (k, 3, 3) are local axes in columns, the first along the yarn, where the material asks for them.
@@ -42,7 +43,7 @@ def cauchy_stress(gradient: np.ndarray, material: Material, axes: np.ndarray | N
     return gradient @ stress @ np.swapaxes(gradient, 1, 2) / np.linalg.det(gradient)[:, None, None]
 
 
-def von_mises(stress: np.ndarray) -> np.ndarray:
+def von_mises(stress: Floats) -> Floats:
     """Return sqrt(3/2 s : s) (k,) of the deviators s of stresses (k, 3, 3).
 
     Examples
@@ -55,7 +56,7 @@ def von_mises(stress: np.ndarray) -> np.ndarray:
     return np.sqrt(1.5 * np.einsum("kij,kij->k", deviator, deviator))
 
 
-def principal_axes(stress: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def principal_axes(stress: Floats) -> tuple[Floats, Floats]:
     """Return the principal values (..., 3) of stresses (..., 3, 3), the largest first, and their axes as rows.
 
     Axes are lines: their sign means nothing.
@@ -78,7 +79,7 @@ UNLOADED = 1e-9  # mean force over E h^2 below which solids count as unloaded
 class Memory:
     """History of solids at the last converged increment."""
 
-    displacement: np.ndarray  # (n, 3), of the retained nodes [m]
+    displacement: Floats  # (n, 3), of the retained nodes [m]
     damped: float = 0.0  # work that viscous forces have taken so far [J]
     contact: ContactHistory | None = None
 
@@ -87,15 +88,27 @@ class Memory:
 class SolidState:
     """Displacement of the retained nodes, and their history."""
 
-    displacement: np.ndarray  # (n, 3), of the retained nodes [m]
+    displacement: Floats  # (n, 3), of the retained nodes [m]
     memory: Memory | None = None  # with contact and viscous forces
     load: float = 0.0  # load factor that the running increment ends at
     change: float = 1.0  # its size
     augmentations: int = 0  # updates of the contact multipliers within the running increment
     led: float = 1.0  # share of the drag on free bodies: 1, then `FADED`
     # (n, 3), straight step to it from where a tangent was formed [m]; None where there was no such step
-    step: np.ndarray | None = field(default=None, kw_only=True)
+    step: Floats | None = field(default=None, kw_only=True)
     pulled: bool = False  # whether surfaces that have not touched yet are pulled together
+
+    @property
+    def past(self) -> Memory:
+        """The history of a state that a model has made."""
+        assert self.memory is not None, "this state was made by hand, without a history"
+        return self.memory
+
+    @property
+    def contact_history(self) -> ContactHistory:
+        """The history of contact of a state that a model with contact has made."""
+        assert self.past.contact is not None, "this state is of a model without contact"
+        return self.past.contact
 
 
 @dataclass(frozen=True)
@@ -117,7 +130,7 @@ class SolidModel:
 
     def __init__(
         self,
-        nodes: np.ndarray,  # (N, 3), undeformed, adjusted to the ties [m]
+        nodes: Floats,  # (N, 3), undeformed, adjusted to the ties [m]
         groups: Sequence[ElementGroup],  # all of one material
         length: float,  # element size h [m]
         transformation: sp.csr_matrix
@@ -129,7 +142,7 @@ class SolidModel:
         contact: Contact | None = None,  # between surfaces of the nodes
         penetration: Penetration = Penetration(),  # of that contact
         # (N,), stiffness against the way within an increment of nodes that nothing but contact can hold [N/m]
-        drag: np.ndarray | None = None,
+        drag: Floats | None = None,
     ) -> None:
         self.nodes, self.groups, self.links = nodes, tuple(groups), links
         self.transformation, self.stabilisation = transformation, stabilisation
@@ -166,15 +179,15 @@ class SolidModel:
         Before anything has touched, its tangent has surfaces pulled together: without contact the first step would take
         loops that hang loose through each other.
         """
-        pulled = self.contact is not None and state.step is None and not len(state.memory.contact.point)
+        pulled = self.contact is not None and state.step is None and not len(state.contact_history.point)
         return replace(state, load=load, change=change, step=None, augmentations=0, led=1.0, pulled=pulled)
 
-    def advance(self, state: SolidState, step: np.ndarray) -> SolidState:
+    def advance(self, state: SolidState, step: Floats) -> SolidState:
         """Return the state displaced by `step` (size,) [m]."""
         way = step.reshape(-1, 3)
         return replace(state, displacement=state.displacement + way, step=way, pulled=False)
 
-    def motion_of_neighbours(self, state: SolidState, step: np.ndarray) -> float:
+    def motion_of_neighbours(self, state: SolidState, step: Floats) -> float:
         """Return the largest motion against each other of sections of yarns that are near each other [m].
 
         Where nothing touches, it is the largest motion of all.
@@ -183,14 +196,15 @@ class SolidModel:
             return float(np.abs(step * self.scale).max())
         return self.contact.motion(self._places(state)[0], self._places(self.advance(state, step))[0])
 
-    def node_displacement(self, state: SolidState) -> np.ndarray:
+    def node_displacement(self, state: SolidState) -> Floats:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
         return self._spread(state.displacement)
 
     def contact_points(self, state: SolidState) -> ContactPoints:
         """Return all pairs of points and surfaces that are near each other."""
+        assert self.contact is not None, "this model has no contact"
         if self._evaluated is None or self._evaluated[0] is not state:
-            points = self.contact.points(*self._places(state), state.memory.contact, state.pulled)
+            points = self.contact.points(*self._places(state), state.contact_history, state.pulled)
             self._evaluated = state, points
         return self._evaluated[1]
 
@@ -224,7 +238,7 @@ class SolidModel:
                 f"({deepest / self.length:.2%} and {limit / self.length:.2%} of the element size), "
                 f"after {state.augmentations} updates of the contact pressure. {self.penetration.remedy}"
             )
-        memory = replace(state.memory, contact=self.contact.augment(points))
+        memory = replace(state.past, contact=self.contact.augment(points))
         return replace(state, memory=memory, augmentations=state.augmentations + 1)
 
     def commit(self, state: SolidState) -> SolidState:
@@ -233,14 +247,17 @@ class SolidModel:
         contact = None if self.contact is None else self.contact.commit(self.contact_points(state))
         return replace(state, step=None, memory=Memory(state.displacement, self._damped(state), contact))
 
-    def _spread(self, displacement: np.ndarray) -> np.ndarray:
+    def _spread(self, displacement: Floats) -> Floats:
         return displacement if self.transformation is None else self.transformation @ displacement
 
-    def _places(self, state: SolidState) -> tuple[np.ndarray, np.ndarray]:
+    def _places(self, state: SolidState) -> tuple[Floats, Floats]:
         """Return where all nodes (N, 3) are and were at the last converged increment [m]."""
-        return tuple(self.nodes + self._spread(moment.displacement) for moment in (state, state.memory))
+        return (
+            self.nodes + self._spread(state.displacement),
+            self.nodes + self._spread(state.past.displacement),
+        )
 
-    def _viscosity(self, state: SolidState) -> np.ndarray | None:
+    def _viscosity(self, state: SolidState) -> Floats | None:
         """Return the diagonal stiffness (size,) against motion within the increment [N/m]; None if there is none."""
         if self.drag is not None:
             return state.led * self.drag
@@ -250,20 +267,21 @@ class SolidModel:
 
     def _damped(self, state: SolidState) -> float:
         """Return the work that viscous forces have taken up to a state [J]."""
-        viscosity, before = self._viscosity(state), state.memory
+        viscosity, before = self._viscosity(state), state.past
         if viscosity is None:
-            return before.damped if before else 0.0
+            return before.damped
         return before.damped + float(viscosity @ (state.displacement - before.displacement).ravel() ** 2)
 
     def _with_viscosity(self, response: Response, state: SolidState) -> Response:
         viscosity, stiffness = self._viscosity(state), response.stiffness
         if viscosity is None:
             return response
-        pull = viscosity * (state.displacement - state.memory.displacement).ravel()
+        pull = viscosity * (state.displacement - state.past.displacement).ravel()
         if stiffness is not None:
             diagonal = np.zeros((len(viscosity) // 3, 3, 3))
             diagonal[:, [0, 1, 2], [0, 1, 2]] = viscosity.reshape(-1, 3)
             node = np.arange(len(diagonal) + 1)
+            # Not in place: nodes of images in a periodic cell are in no element, and have no block in the pattern.
             added = sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
             stiffness = sp.bsr_matrix(stiffness + added)
         return replace(
@@ -282,19 +300,19 @@ class SolidModel:
             status=touch.points.signature(),
             pulled=pulled,
         )
-        if response.stiffness is None:
-            return response
         full, symmetric = touch.stiffness, touch.symmetric
+        if full is None or symmetric is None:
+            return response
         if self._ties is not None:
             full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
             full.sort_indices(), symmetric.sort_indices()
-        if self._sum is None or not self._sum.fits(response.stiffness, full):
-            self._sum = PatternSum(response.stiffness, full)
+        if self._sum is None or not self._sum.fits(response.tangent, full):
+            self._sum = PatternSum(response.tangent, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
         np.subtract(full.data, symmetric.data, out=symmetric.data)
         return replace(
             response,
-            stiffness=self._sum.add(response.stiffness, full),
+            stiffness=self._sum.add(response.tangent, full),
             unsymmetric=symmetric,
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
@@ -321,14 +339,14 @@ class SolidModel:
             force[batch.group][part] = answer.force
             energies[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()
-            if stiffness:
+            if total is not None:
                 started = time.perf_counter()
-                total.put(number, answer.stiffness)
+                total.put(number, answer.tangent)
                 summing[number] = time.perf_counter() - started
 
         share(evaluate, len(batches))
         started = time.perf_counter()
-        matrix = self.assembly.matrix(total) if stiffness else None
+        matrix = None if total is None else self.assembly.matrix(total)
         internal, hourglass = np.sum([energy.sum(axis=1) for energy in energies], axis=0).tolist()
         energy = {"internal": internal, "hourglass": hourglass}
         mean = magnitude.sum() / sum(group.connectivity.size for group in self.groups)

@@ -22,6 +22,7 @@ from knitstudy.measures.discretisation import (
     made_of,
 )
 from knitstudy.measures.reference import Reference, reference_of
+from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.run.catalogue import (
     BEAM_MODELS,
     CASES,
@@ -59,7 +60,6 @@ SPRINGS = {
     (True, "local"): "springs of Table 2, local axes",
     (False, "global"): "springs along x, y, z",
 }
-SECTIONS = {"rigid": "rigid", "hertz": "Hertzian"}  # Sections of beams in contact, by ``beam.section``
 TIES = {"pinned": "pinned", "patch": "yielding ties"}  # Ties that are not rigid, by ``beam.tie``
 PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in contact
 
@@ -69,7 +69,7 @@ def label_of(scene: Scene) -> str:
     if is_direct(scene):
         return f"{scene.kind.fidelity.label}, {made_of(scene)}"
     if scene.fidelity == "beam":
-        words = [SECTIONS[scene.beam.section], TIES.get(scene.beam.tie)]
+        words = [LAWS.find(scene.beam.section).label, TIES.get(scene.beam.tie)]
         words.append(WORDS.get(scene.mesh.section_law))
     else:
         keys = (

@@ -23,7 +23,7 @@ from scipy.interpolate import BSpline
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.mechanics.membrane_law import MembraneLaw, Parts
+from knitstudy.mechanics.membrane import MembraneLaw, Parts
 from knitstudy.run.catalogue import several
 from knitstudy.use.strip import strain_at, stretch_strip
 

@@ -279,7 +279,7 @@ KEYS, SOURCES = "scene_keys", "source_keys"
 
 def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
     """Return a result with the record of its step, units and meanings of variables, and strain as a coordinate."""
-    from knitstudy.knit.loading.columns import COORDINATES, GEOMETRY, MESH
+    from knitstudy.knit.geometry.columns import COORDINATES, GEOMETRY, MESH
 
     scene, stage, (code, *others) = step.scene, step.stage.name, provenance().items()
     versions = ", ".join(f"{name} {version}" for name, version in others)

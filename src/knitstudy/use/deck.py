@@ -107,7 +107,8 @@ def require_deck(scene: Scene) -> None:
 def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
-    tied = tied_crossings(scene, specimen.crossings)
+    edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
+    tied = tied_crossings(specimen.crossings, scene.kind.interaction.touches, edges, direction)
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
     free = tie.free(mesh.nodes)
@@ -117,7 +118,7 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     interaction = None
     if touching:
         size = scene.metres("mesh.smallest")
-        law = penalties(scene, size)
+        law = penalties(scene.contact, scene.yarn.youngs_modulus, scene.friction, size)
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
     return Deck(

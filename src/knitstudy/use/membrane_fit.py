@@ -22,7 +22,7 @@ from scipy.stats import t as student
 from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS
 from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.membrane_law import ExponentialLaw, green
+from knitstudy.mechanics.membrane import ExponentialLaw, green
 
 LEVEL = 0.95  # of the intervals
 FLOOR = 0.05

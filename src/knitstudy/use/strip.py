@@ -16,8 +16,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.membrane import MembraneModel, rectangle
-from knitstudy.mechanics.membrane_law import MembraneLaw
+from knitstudy.mechanics.membrane import MembraneLaw, MembraneModel, rectangle
 
 ELEMENTS = 16  # in either direction: twice as many change forces by 3e-4 (docs/notes/membrane.md)
 INCREMENT = 0.02  # largest increment of strain, of 5 increments at least

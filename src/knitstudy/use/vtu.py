@@ -26,7 +26,7 @@ from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
 from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.elements.quadratic import NODES
+from knitstudy.mechanics.elements.hexahedron import NODES
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.solid import principal_axes, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, locate

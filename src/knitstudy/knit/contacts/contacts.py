@@ -19,10 +19,11 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.knit.contacts.facets import count_zones
 from knitstudy.knit.contacts.kinematics import Axes, kinematics
+from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import CONTACTS
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
 
@@ -81,8 +82,9 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     values["centroid"] = touch.undeformed_centroid(crossings.point.mean(axis=1))
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
-        sections = (history[name].to_numpy() for name in ("section_gradient", "section_displacement"))
-        values |= kinematics(fabric, *sections, values["relative_displacement"], touch.reference_centroid())
+        gradient, moved = history["section_gradient"].to_numpy(), history["section_displacement"].to_numpy()
+        relative, centroid = values["relative_displacement"], touch.reference_centroid()
+        values |= kinematics(fabric, gradient, moved, relative, centroid)
     _put_ties(values, history, tied)
     with np.errstate(invalid="ignore"):  # an open crossing has no direction: 0 / 0
         values["resultant_direction"] = -values["force"] / np.linalg.norm(
@@ -96,7 +98,7 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     )
 
 
-def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.ndarray]:
+def indented(fabric: Fabric, force: Floats, modulus: float) -> dict[str, Floats]:
     """Return Hertz's area of contact [m2] and largest pressure [Pa], (I, K), under normal forces (I, K, 3) [N].
 
     The angle between the yarns is the undeformed one.
@@ -112,12 +114,12 @@ def indented(fabric: Fabric, force: np.ndarray, modulus: float) -> dict[str, np.
     return {"contact_area": area, "largest_pressure": pressure}
 
 
-# Columns of contact points (`knit.loading.columns`), and the shape of one entry.
-_POINT_COLUMNS: dict[str, tuple[int, ...]] = (
-    dict.fromkeys(("side", "area", "cell_area", "pressure", "slip", "sticks"), ())
-    | dict.fromkeys(("position", "reference", "normal", "traction"), (3,))
-    | {"cell": (2,)}
-)
+# Columns of contact points (`knit.geometry.columns`), and the shape of one entry.
+_POINT_COLUMNS: dict[str, tuple[int, ...]] = {
+    **dict.fromkeys(("side", "area", "cell_area", "pressure", "slip", "sticks"), ()),
+    **dict.fromkeys(("position", "reference", "normal", "traction"), (3,)),
+    "cell": (2,),
+}
 
 
 @dataclass(frozen=True)
@@ -125,7 +127,7 @@ class _Touch:
     """Gauss points under pressure that belong to a crossing, of all increments one after another."""
 
     shape: tuple[int, int]  # increments I and crossings K
-    place: np.ndarray  # (p,) increment times K plus crossing
+    place: Ints  # (p,) increment times K plus crossing
     around: int  # facets around a yarn
     points: SimpleNamespace  # their columns
 
@@ -147,11 +149,11 @@ class _Touch:
         return cls(shape, place, int(history.attrs["facets_around"]), SimpleNamespace(**columns))
 
     @property
-    def load(self) -> np.ndarray:
+    def load(self) -> Floats:
         """Normal force (p,) of the points [N]."""
         return self.points.area * self.points.pressure
 
-    def results(self) -> dict[str, np.ndarray]:
+    def results(self) -> dict[str, Floats]:
         """Return all that is known of the crossings (I, K, ...) from their points."""
         points, load = self.points, self.load
         sign = np.where(points.side == 0, 1.0, -1.0)
@@ -172,7 +174,7 @@ class _Touch:
             "largest_pressure": self._largest_pressure(),
         }
 
-    def _largest_pressure(self) -> np.ndarray:
+    def _largest_pressure(self) -> Floats:
         """Largest pressure (I, K) that is the mean of a facet.
 
         There are more points than unknowns of a surface: pressures of single points alternate, their means do not.
@@ -184,7 +186,7 @@ class _Touch:
         np.maximum.at(largest.reshape(-1), self.place[first], mean)
         return largest
 
-    def undeformed_centroid(self, otherwise: np.ndarray) -> np.ndarray:
+    def undeformed_centroid(self, otherwise: Floats) -> Floats:
         """Return where the contact of every crossing (K, 3) lay at the increment when it last touched [m].
 
         Crossings that never touch get ``otherwise`` (K, 3).
@@ -197,23 +199,23 @@ class _Touch:
         centroid[touched] = moment[touched] / weight[touched, None]
         return centroid
 
-    def reference_centroid(self) -> np.ndarray:
+    def reference_centroid(self) -> Floats:
         """Return the centroid of the contact (I, K, 2, 3) on the undeformed yarn of either side [m], nan where open."""
         moment = self._sum(self.load[:, None] * self.points.reference, by_side=True)
         with np.errstate(invalid="ignore"):  # nothing touches: 0 / 0
             return moment / self._sum(self.load, by_side=True)[..., None]
 
-    def _zones(self) -> np.ndarray:
+    def _zones(self) -> Ints:
         """Numbers of zones (I, K): facets of the two sides differ, and the larger count stands."""
         place, shape = self._at(by_side=True)
         zones = count_zones(place, self.points.cell, self.around, int(np.prod(shape)))
         return zones.reshape(shape).max(axis=-1)
 
-    def _at(self, by_side: bool) -> tuple[np.ndarray, tuple[int, ...]]:
+    def _at(self, by_side: bool) -> tuple[Ints, tuple[int, ...]]:
         """Places (p,) of the points among crossings (I, K), or among the sides of these (I, K, 2)."""
         return (2 * self.place + self.points.side, (*self.shape, 2)) if by_side else (self.place, self.shape)
 
-    def _sum(self, values: np.ndarray, by_side: bool = False) -> np.ndarray:
+    def _sum(self, values: Floats, by_side: bool = False) -> Floats:
         """Sums (I, K, ...) of the values (p, ...) of the points, or (I, K, 2, ...) by side."""
         place, shape = self._at(by_side)
         columns = values.reshape(len(values), int(np.prod(values.shape[1:]))).T
@@ -222,7 +224,7 @@ class _Touch:
         return sums.astype(float).reshape(*shape, *values.shape[1:])
 
 
-def _put_ties(values: dict[str, np.ndarray], history: xr.Dataset, tied: np.ndarray) -> None:
+def _put_ties(values: dict[str, Floats], history: xr.Dataset, tied: Bools) -> None:
     """Write results (..., K, ...) of tied crossings: each is one zone that always sticks, of unknown pressure."""
     centroid, area = (history[name].to_numpy()[tied] for name in ("tied_centroid", "tied_area"))
     normal, force = values["normal"][tied], values["force"][:, tied]

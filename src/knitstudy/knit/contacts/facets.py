@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.sparse import coo_array
@@ -10,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 
@@ -20,19 +22,12 @@ from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 NEIGHBOURS = ((1, 0), (0, 1), (1, 1), (1, -1))
 
 
-def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -> np.ndarray:
+def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
     """Return the number of zones (places,) at every place, such as the sides of crossings at increments.
 
-    Facets whose edges or corners meet belong to one zone; facets of different places never do.
-
-    Parameters
-    ----------
-    place : ndarray of int, shape (p,)
-        From 0 to ``places`` - 1.
-    cell : ndarray of int, shape (p, 2)
-        Layer along the yarn and facet around it of every touching point; one facet may be there several times.
-    around : int
-        Facets around a yarn: the last one is followed by the first.
+    Facets whose edges or corners meet belong to one zone; facets of different places never do. Touching points (p,)
+    have a place from 0 to `places` - 1 and a cell (p, 2), layer along the yarn and facet around it; one facet may be
+    there several times. The last of the facets around a yarn is followed by the first.
 
     Examples
     --------
@@ -45,7 +40,7 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
     # A layer beyond the last one keeps neighbours from running into the next place.
     layers = int(cell[:, 0].max()) + 2
 
-    def number(place: np.ndarray, layer: np.ndarray, facet: np.ndarray) -> np.ndarray:
+    def number(place: Ints, layer: Ints, facet: Ints) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
@@ -70,15 +65,15 @@ def count_zones(place: np.ndarray, cell: np.ndarray, around: int, places: int) -
 class Rings:
     """Rings of all yarns."""
 
-    along: tuple[np.ndarray, ...]  # of every yarn: the parameters of its rings, ascending
-    arc_length: tuple[np.ndarray, ...]  # their arc lengths, m
+    along: tuple[Floats, ...]  # of every yarn: the parameters of its rings, ascending
+    arc_length: tuple[Floats, ...]  # their arc lengths, m
 
     @classmethod
-    def of_rows(cls, arc_length: tuple[np.ndarray, ...]) -> Rings:
+    def of_rows(cls, arc_length: tuple[Floats, ...]) -> Rings:
         """Return the rings of grids whose rows of nodes, which count as parameters, lie at arc lengths in m."""
         return cls(tuple(np.arange(float(len(s))) for s in arc_length), arc_length)
 
-    def arc_length_at(self, yarn: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def arc_length_at(self, yarn: Ints, along: Floats) -> Floats:
         """Return arc lengths (k,) in m of places with parameters (k,) on yarns (k,)."""
         values = np.empty(len(yarn))
         for number in np.unique(yarn):
@@ -99,7 +94,7 @@ class CrossingFacets:
 
     crossings: Crossings
     mesh: SweptMesh
-    nodes: np.ndarray  # (K, 2, 4) corners of the facet on each of the two yarns
+    nodes: Ints  # (K, 2, 4) corners of the facet on each of the two yarns
 
     @classmethod
     def of(cls, crossings: Crossings, mesh: SweptMesh) -> CrossingFacets:
@@ -111,13 +106,11 @@ class CrossingFacets:
         facet = mesh.facet_at(below.ravel(), np.arctan2(y, x).ravel()).reshape(below.shape)
         return cls(crossings, mesh, mesh.facet_nodes(below, facet))
 
-    def displacement(self, displacement: np.ndarray) -> np.ndarray:
+    def displacement(self, displacement: Floats) -> Floats:
         """Return the mean displacement (K, 2, 3) of the facets [m] from that of all nodes (N, 3)."""
         return displacement[self.nodes].mean(axis=2)
 
-    def nearest(
-        self, yarn: np.ndarray, other: np.ndarray, arc_length: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def nearest(self, yarn: Ints, other: Ints, arc_length: Floats) -> tuple[Ints, Ints]:
         """Return crossing and side (k,) of places where two yarns touch; crossing -1 away from all of them.
 
         The places lie on yarns (k,) at arc lengths (k,) [m] and touch other yarns (k,).
@@ -144,8 +137,8 @@ class CrossingFacets:
 
 def touching_points(
     contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
-) -> dict[str, np.ndarray]:
-    """Return the columns of all points that touch, by the names that `knit.loading.columns` has after ``contact_``.
+) -> dict[str, Any]:
+    """Return the columns of all points that touch, by the names that `knit.geometry.columns` has after ``contact_``.
 
     The points belong to a converged increment whose history is up to date.
     """
@@ -174,7 +167,7 @@ def touching_points(
     }
 
 
-def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
+def crossing_forces(columns: Mapping[str, Any], count: int) -> Floats:
     """Return the force (count, 3) of contact on the yarn of side 0 at every crossing [N].
 
     Each side's points carry half of the stiffness; forces on the yarn of side 1 count with the other sign.
@@ -190,17 +183,19 @@ def crossing_forces(columns: dict[str, np.ndarray], count: int) -> np.ndarray:
 # ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
 
 
-def tied_crossings(scene: Scene, crossings: Crossings) -> np.ndarray:
-    """Return which crossings (K,) of a scene's specimen are tied.
+def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direction: str | None) -> Bools:
+    """Return which crossings (K,) of a specimen are tied.
 
     With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
     off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
     tension.
+
+    `touches` says whether yarns touch where they are not tied; `edges` and `direction` are ``contact.tied_edges`` and
+    ``load.direction``, if the scene has them.
     """
-    if not scene.kind.interaction.touches:
+    if not touches:
         return np.ones(len(crossings), dtype=bool)
-    direction = scene.value("load.direction")
-    if direction is None or scene.value("contact.tied_edges") != "outer":
+    if direction is None or edges != "outer":
         return np.zeros(len(crossings), dtype=bool)
     along = crossings.row if direction == "course" else crossings.column
     return (along == along.min()) | (along == along.max())

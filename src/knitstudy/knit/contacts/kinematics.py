@@ -14,6 +14,7 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.rotation import log
 
 # Layers of elements that a section is: the one that the crossing lies in, and its neighbours on either side. Where the
@@ -25,23 +26,17 @@ LAYERS = 3
 class SectionMotion:
     """Affine maps of the sections at K crossings, on both sides."""
 
-    gradient: np.ndarray  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
-    displacement: np.ndarray  # (K, 2, 3) of the centreline's point at the crossing [m]
+    gradient: Floats  # (K, 2, 3, 3) deformation gradient: the last axis is of the undeformed section
+    displacement: Floats  # (K, 2, 3) of the centreline's point at the crossing [m]
 
 
 def section_motion(
-    crossings: Crossings, mesh: SweptMesh, nodes: np.ndarray, displacement: np.ndarray
+    crossings: Crossings, mesh: SweptMesh, nodes: Floats, displacement: Floats
 ) -> SectionMotion:
     """Fit the affine maps of the sections at all crossings, by least squares.
 
-    Exact for a rigid motion and for a homogeneous deformation.
-
-    Parameters
-    ----------
-    nodes : ndarray, shape (N, 3)
-        Undeformed positions, in the mesh or where ties have put them [m].
-    displacement : ndarray, shape (N, 3)
-        Of the nodes [m].
+    Exact for a rigid motion and for a homogeneous deformation. The nodes (N, 3) [m] are where the mesh or ties have put
+    them, the displacements (N, 3) [m] are theirs.
     """
     around = _nodes_around(crossings, mesh)
     weight = mesh.shrinkage.ravel()[around] ** 2
@@ -56,7 +51,7 @@ def section_motion(
     return SectionMotion(np.eye(3) + slope, mean + offset)
 
 
-def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
+def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> Ints:
     """Nodes (K, 2, n) of the slices around every crossing; no slices lie beyond the end of a yarn."""
     pull = np.linalg.norm(mesh.pull, axis=1).max()
     layers = LAYERS + 2 * round(0.5 * LAYERS * ((1 + pull) / (1 - pull) - 1))
@@ -83,9 +78,9 @@ def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> np.ndarray:
 class Axes:
     """Axes of the undeformed yarns at K crossings, on both sides: orthogonal unit vectors."""
 
-    tangent: np.ndarray  # (K, 2, 3) t
-    towards: np.ndarray  # (K, 2, 3) n, to the other yarn
-    across: np.ndarray  # (K, 2, 3) t x n
+    tangent: Floats  # (K, 2, 3) t
+    towards: Floats  # (K, 2, 3) n, to the other yarn
+    across: Floats  # (K, 2, 3) t x n
 
     @classmethod
     def of(cls, fabric: Fabric) -> Axes:
@@ -101,23 +96,16 @@ class Axes:
 
 def kinematics(
     fabric: Fabric,
-    gradient: np.ndarray,
-    displacement: np.ndarray,
-    relative: np.ndarray,
-    contact: np.ndarray,
-) -> dict[str, np.ndarray]:
-    """Return the derived quantities, by names of `knit.loading.columns.CONTACTS`.
+    gradient: Floats,
+    displacement: Floats,
+    relative: Floats,
+    contact: Floats,
+) -> dict[str, Floats]:
+    """Return the derived quantities, by names of `knit.geometry.columns.CONTACTS`.
 
-    Parameters
-    ----------
-    gradient : ndarray, shape (I, K, 2, 3, 3)
-        Deformation gradients of the sections; see `section_motion`.
-    displacement : ndarray, shape (I, K, 2, 3)
-        Of the centrelines' points at the crossings [m].
-    relative : ndarray, shape (I, K, 3)
-        Displacement of the surface of side 1 to that of side 0 at the crossings [m].
-    contact : ndarray, shape (I, K, 2, 3)
-        Centroids of the contact areas on the undeformed yarns, nan where open [m].
+    At I increments: deformation gradients (I, K, 2, 3, 3) of the sections and displacements (I, K, 2, 3) [m] of the
+    centrelines' points at the crossings (`section_motion`); the displacement (I, K, 3) [m] of the surface of side 1
+    relative to that of side 0; centroids (I, K, 2, 3) [m] of the contact areas on the undeformed yarns, nan where open.
     """
     axes = Axes.of(fabric)
     left, _, right = np.linalg.svd(gradient)
@@ -129,8 +117,8 @@ def kinematics(
     stretch = [np.linalg.norm(fibre, axis=-1) for fibre in fibres]
     area = np.linalg.norm(np.cross(towards, across), axis=-1)
     along, around = place_on_yarn(fabric, axes, contact)
-    touching = np.isfinite(contact).any(axis=(2, 3))
-    slid = since_first(np.where(touching[..., None], relative, np.nan))
+    touching = np.asarray(np.isfinite(contact).any(axis=(2, 3)))[..., None]
+    slid = since_first(np.where(touching, relative, np.nan))
     return {
         "section_rotation": log(rotation),
         "relative_rotation": log(rotation[:, :, 1] @ rotation[:, :, 0].swapaxes(-1, -2)),
@@ -148,7 +136,7 @@ def kinematics(
     }
 
 
-def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
+def twist(rotation: Floats, axis: Floats) -> Floats:
     """Return the angles (...) about unit axes (..., 3) by which rotations (..., 3, 3) turn, in (-pi, pi] [rad].
 
     A rotation is a turn about the axis, and then the shortest way to where it takes the axis (swing and twist). With
@@ -167,7 +155,7 @@ def twist(rotation: np.ndarray, axis: np.ndarray) -> np.ndarray:
     return 2 * np.arctan2(np.sum(vector * axis, axis=-1), scalar)
 
 
-def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def angle_between(first: Floats, second: Floats) -> Floats:
     """Return the angles (...) between vectors (..., 3) [rad], accurate for small ones too.
 
     Examples
@@ -179,7 +167,7 @@ def angle_between(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     return np.arctan2(sine, np.sum(first * second, axis=-1))
 
 
-def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.ndarray:
+def segment_contraction(crossings: Crossings, displacement: Floats) -> Floats:
     """Return by how much the chords from each crossing to its neighbours on the yarn shrink, (I, K, 2, 2).
 
     The last axis is the neighbour before it and the one after it; nan where there is none. The displacement
@@ -197,7 +185,7 @@ def segment_contraction(crossings: Crossings, displacement: np.ndarray) -> np.nd
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def place_on_yarn(fabric: Fabric, axes: Axes, place: Floats) -> tuple[Floats, Floats]:
     """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
     Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the
@@ -221,7 +209,7 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: np.ndarray) -> tuple[np.nda
 FOOT_STEPS = 40  # each leaves of the error the distance over the radius of curvature
 
 
-def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
+def foot(curve: Centreline, place: Floats, start: Floats) -> Floats:
     """Return the arc lengths (k,) of the points of a curve nearest to places (k, 3), from a start (k,) [m].
 
     The places must be nearer to the curve than its radius of curvature.
@@ -235,7 +223,7 @@ def foot(curve: Centreline, place: np.ndarray, start: np.ndarray) -> np.ndarray:
     return s
 
 
-def since_first(values: np.ndarray) -> np.ndarray:
+def since_first(values: Floats) -> Floats:
     """Return values (I, ...) minus the first along I that is not nan.
 
     Examples

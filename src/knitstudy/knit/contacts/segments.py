@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 # Kinds of segments in the order of Table 4; which of its segments 1 and 6 is the head is not said.
 KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right", "sinker")
@@ -34,16 +35,16 @@ BETWEEN = {
 class Segments:
     """Pieces P of all yarns, in their order along them, and the segments Q that they belong to."""
 
-    yarn: np.ndarray  # (P,)
-    arc_length: np.ndarray  # (P, 2) where a piece begins and ends [m]
-    of_piece: np.ndarray  # (P,) its segment, or `NO_SEGMENT`
-    kind: np.ndarray  # (Q,) place in `KINDS`
-    row: np.ndarray  # (Q,) labels of the crossing at the lower or left end
-    column: np.ndarray  # (Q,)
-    central: np.ndarray  # (Q,) whether a segment begins or ends at the centre cell's crossings
+    yarn: Ints  # (P,)
+    arc_length: Floats  # (P, 2) where a piece begins and ends [m]
+    of_piece: Ints  # (P,) its segment, or `NO_SEGMENT`
+    kind: Ints  # (Q,) place in `KINDS`
+    row: Ints  # (Q,) labels of the crossing at the lower or left end
+    column: Ints  # (Q,)
+    central: Bools  # (Q,) whether a segment begins or ends at the centre cell's crossings
 
 
-def centre(place: np.ndarray) -> int:
+def centre(place: Ints) -> int:
     """Return the row, or column, in the middle of those (k,) that count from 0.
 
     Examples
@@ -54,7 +55,7 @@ def centre(place: np.ndarray) -> int:
     return (int(place.max()) + 1) // 2
 
 
-def segments(crossings: Crossings, lengths: np.ndarray) -> Segments:
+def segments(crossings: Crossings, lengths: Floats) -> Segments:
     """Return the pieces of yarns of some lengths (Y,) [m] between their crossings, and their segments."""
     yarn, arc_length, ends = _pieces(crossings, lengths)
     named = np.full((len(yarn), 3), -1)  # kind, row and column of the segment
@@ -67,16 +68,17 @@ def segments(crossings: Crossings, lengths: np.ndarray) -> Segments:
             here = (between == wanted).all(axis=1) & np.isin(side, sides)
             named[inner[here]] = np.insert(labels[k[here], 1:], 0, kind, axis=1)
     some = np.flatnonzero(named[:, 0] >= 0)
-    number, _ = pd.factorize(pd.MultiIndex.from_arrays(named[some].T))
+    number, _ = pd.factorize(pd.MultiIndex.from_arrays(list(named[some].T)))
     of_piece = np.full(len(yarn), NO_SEGMENT)
     of_piece[some] = number
     first = some[np.unique(number, return_index=True)[1]]
     middle = centre(crossings.row), centre(crossings.column)
     central = (labels[ends[first], 1:] == middle).all(axis=-1).any(axis=1)
-    return Segments(yarn, arc_length, of_piece, *named[first].T, central)
+    kind, row, column = named[first].T
+    return Segments(yarn, arc_length, of_piece, kind, row, column, central)
 
 
-def _pieces(crossings: Crossings, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _pieces(crossings: Crossings, lengths: Floats) -> tuple[Ints, Floats, Ints]:
     """Yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
     every, none = np.arange(len(lengths)), np.full(len(lengths), -1)
     yarn = np.concatenate([every, crossings.yarn.T.ravel(), every])

@@ -15,6 +15,7 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline, Rows
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 
 PLANE_SAMPLES = 10  # a Bezier segment, between which crossings in the plane are looked for
@@ -38,61 +39,40 @@ CONVERGED = 1e-11  # step of a parameter after which the next one would be its s
 class Crossings(Chosen):
     """The K crossings of a fabric, each of two yarns: sides 0 and 1."""
 
-    row: np.ndarray  # (K,) labels: the cell's row and column, and the place in the cell
-    column: np.ndarray
-    zone: np.ndarray
-    yarn: np.ndarray  # (K, 2)
-    arc_length: np.ndarray  # (K, 2) of the closest points along their yarns. [m]
-    point: np.ndarray  # (K, 2, 3) the closest points of the two centrelines. [m]
-    distance: np.ndarray  # (K,) distance of the two. [m]
+    row: Ints  # (K,) labels: the cell's row and column, and the place in the cell
+    column: Ints
+    zone: Ints
+    yarn: Ints  # (K, 2)
+    arc_length: Floats  # (K, 2) of the closest points along their yarns. [m]
+    point: Floats  # (K, 2, 3) the closest points of the two centrelines. [m]
+    distance: Floats  # (K,) distance of the two. [m]
 
     def __len__(self) -> int:
         return len(self.distance)
 
     @property
-    def normal(self) -> np.ndarray:
+    def normal(self) -> Floats:
         """Unit vectors (K, 3) from the closest point of side 0 to that of side 1; normal to both centrelines."""
         return (self.point[:, 1] - self.point[:, 0]) / self.distance[:, None]
 
     @classmethod
-    def of_variables(cls, data: Mapping[str, np.ndarray]) -> Crossings:
+    def of_variables(cls, data: Mapping[str, Floats]) -> Crossings:
         """Return the crossings of variables that `variables` gave."""
         labels = [data[name].astype(int) for name in ("row", "column", "zone", "yarn")]
         return cls(*labels, *(data[name] for name in ("arc_length", "point_of_contact", "distance")))
 
     def variables(self) -> dict[str, Any]:
-        """Return the crossings as variables of a dataset, by name."""
-        one = {"units": "1"}
-        return {
-            "row": (("crossing",), self.row, one),
-            "column": (("crossing",), self.column, one),
-            "zone": (("crossing",), self.zone, one),
-            "yarn": (("crossing", "side"), self.yarn, one),
-            "arc_length": (("crossing", "side"), self.arc_length, metre("along the yarn")),
-            "point_of_contact": (("crossing", "side", "xyz"), self.point, metre("closest points")),
-            "distance": (("crossing",), self.distance, metre("shortest distance of the centrelines")),
-        }
+        """Return the crossings by the names of their variables in a file."""
+        names = ("row", "column", "zone", "yarn", "arc_length", "distance")
+        return {name: getattr(self, name) for name in names} | {"point_of_contact": self.point}
 
 
-def metre(long_name: str) -> dict[str, str]:
-    """Return the attributes of a length."""
-    return {"units": "m", "long_name": long_name}
-
-
-def find_crossings(
-    curves: Sequence[Centreline], radius: float, copy_of: np.ndarray, shift: np.ndarray
-) -> Crossings:
+def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, shift: Floats) -> Crossings:
     """Return the crossings of yarns of a radius [m], also of a yarn with itself.
 
-    Labels are the number of the first yarn, 0, and the number along it.
-
-    Parameters
-    ----------
-    copy_of : ndarray of int (Y,)
-        The yarn that each yarn is a moved copy of. Copies share their places: pairs that stand alike are looked at
-        once, and where one copy is crossed, a window ends on all of them.
-    shift : ndarray (Y, 3)
-        Vector from that yarn to the copy. [m]
+    Labels are the number of the first yarn, 0, and the number along it. Each yarn (Y,) is the copy of a yarn, itself or
+    another one, moved by a shift (Y, 3) [m]. Copies share their places: pairs that stand alike are looked at once, and
+    where one copy is crossed, a window ends on all of them.
     """
     polylines = [_polyline(curve) for curve in curves]
     low, high = (np.array([bound(points, axis=0) for _, points in polylines]) for bound in (np.min, np.max))
@@ -108,13 +88,14 @@ def find_crossings(
         for key, ((first, second), *_) in alike.items()
     }
     places = _places(in_plane)
-    none = Crossings(*np.empty((3, 0), int), np.empty((0, 2), int), *map(np.empty, ((0, 2), (0, 2, 3), 0)))
+    label, places_of = np.empty(0, int), np.empty((0, 2))
+    none = Crossings(label, label, label, places_of.astype(int), places_of, np.empty((0, 2, 3)), np.empty(0))
     crossings: list[Crossings] = []
     for key, pairs in alike.items():
-        first, second = (curves[number] for number in pairs[0])
-        one = _near(first, second, in_plane[key], places[key[0]], places[key[1]])
+        one_curve, other = (curves[number] for number in pairs[0])
+        one = _near(one_curve, other, in_plane[key], places[key[0]], places[key[1]])
         one = one[one.distance <= REACH * radius]
-        if first is second:  # pieces of a yarn within half a turn are neighbours
+        if one_curve is other:  # pieces of a yarn within half a turn are neighbours
             one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
             yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
@@ -122,7 +103,7 @@ def find_crossings(
     return none.joined(*crossings)
 
 
-def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
+def _polyline(curve: Centreline) -> tuple[Floats, Floats]:
     """Samples of a curve in the plane: parameters (n,) and points (n, 2)."""
     low, high = curve.span
     inner = np.arange(np.floor(low * PLANE_SAMPLES) + 1, np.ceil(high * PLANE_SAMPLES)) / PLANE_SAMPLES
@@ -130,9 +111,9 @@ def _polyline(curve: Centreline) -> tuple[np.ndarray, np.ndarray]:
     return u, curve.curve.value(u)[:, :2]
 
 
-def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray]:
+def _places(in_plane: dict[tuple[Any, ...], Floats]) -> dict[int, Floats]:
     """Ascending parameters at which a curve or a copy of it is crossed, by the number of the curve."""
-    every: dict[int, list[np.ndarray]] = {}
+    every: dict[int, list[Floats]] = {}
     for key, crossed in in_plane.items():
         for side in (0, 1):
             every.setdefault(key[side], []).append(crossed[:, side])
@@ -140,7 +121,7 @@ def _places(in_plane: dict[tuple[Any, ...], np.ndarray]) -> dict[int, np.ndarray
     return {number: u[np.diff(u, prepend=-np.inf) > 10 * ROUNDING] for number, u in places.items()}
 
 
-def _near(first: Centreline, second: Centreline, u: np.ndarray, *places: np.ndarray) -> Crossings:
+def _near(first: Centreline, second: Centreline, u: Floats, *places: Floats) -> Crossings:
     """Crossings of two yarns, numbered 0 and 1, near parameters (k, 2) at which they cross in the plane."""
     pair = first, second
     windows = np.stack([_half_way(u[:, i], places[i], pair[i].span) for i in (0, 1)], axis=1)
@@ -154,7 +135,7 @@ def _near(first: Centreline, second: Centreline, u: np.ndarray, *places: np.ndar
     return Crossings(none, none, np.arange(len(u)), yarn, arc_length, closest.point, closest.distance)
 
 
-def _half_way(u: np.ndarray, places: np.ndarray, ends: tuple[float, float]) -> np.ndarray:
+def _half_way(u: Floats, places: Floats, ends: tuple[float, float]) -> Floats:
     """Windows (k, 2) around places at u (k,): half way to the neighbours among all places of a curve, or its ends."""
     middles = np.concatenate([ends[:1], 0.5 * (places[1:] + places[:-1]), ends[1:]])
     at = np.searchsorted(places, u - 10 * ROUNDING)
@@ -165,16 +146,11 @@ def _half_way(u: np.ndarray, places: np.ndarray, ends: tuple[float, float]) -> n
 
 
 def plane_crossings(
-    first: tuple[np.ndarray, np.ndarray], second: tuple[np.ndarray, np.ndarray], apart: int | None = None
-) -> np.ndarray:
-    """Parameters (k, 2) at which two polylines cross in the plane.
+    first: tuple[Floats, Floats], second: tuple[Floats, Floats], apart: int | None = None
+) -> Floats:
+    """Parameters (k, 2) at which two polylines, parameters (n,) and samples (n, 2), cross in the plane.
 
-    Parameters
-    ----------
-    first, second : tuple of ndarray (n,), (n, 2)
-        Parameters and samples.
-    apart : int, optional
-        Where both are the same line: how many segments the two that cross are apart at least, the second one ahead.
+    Where both are the same line, the two segments that cross are so many `apart` at least, the second one ahead.
 
     Examples
     --------
@@ -205,25 +181,20 @@ def plane_crossings(
     return crossed[first_of_equals]
 
 
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+def _cross(a: Floats, b: Floats) -> Floats:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
 
-def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
     """Rows of the crossings of a repeat's loops in the plane, their parameters, and windows for the closest points.
 
     In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,
     2 left upper, 3 right upper; along both yarns 0, 2, 3, 1. Crossings are ordered by row, column and zone.
 
-    Parameters
-    ----------
-    loop : Loop
-        Of r rows and k columns.
-
     Returns
     -------
     row : ndarray of int (4 r k,)
-        Lower row of every crossing.
+        Lower row of every crossing, of r rows of k loops.
     place : ndarray (4 r k, 2)
         Parameters on the lower and the upper row.
     windows : ndarray (4 r k, 2, 2)
@@ -263,7 +234,7 @@ def windows_of_loop(loop: Any) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def crossings_of_loop(
-    loop: Any, row: np.ndarray, windows: np.ndarray, samples: int = SAMPLES, start: np.ndarray | None = None
+    loop: Any, row: Ints, windows: Floats, samples: int = SAMPLES, start: Floats | None = None
 ) -> Approach:
     """Closest points of rows (K,) of a repeat's loops and the rows above in windows (K, 2, 2), from a start (K, 2)."""
     images = [loop.image(row) for row in range(loop.rows + 1)]
@@ -285,19 +256,19 @@ def crossings_of_loop(
 class Approach(Chosen):
     """Closest points of two curves, K times."""
 
-    parameter: np.ndarray  # (K, 2) of the curves
-    point: np.ndarray  # (K, 2, 3)
-    distance: np.ndarray  # (K,)
-    interior: np.ndarray  # (K,) False on the bound of a window: there is no closest approach in it
+    parameter: Floats  # (K, 2) of the curves
+    point: Floats  # (K, 2, 3)
+    distance: Floats  # (K,)
+    interior: Bools  # (K,) False on the bound of a window: there is no closest approach in it
 
 
 def closest_points(
-    first: CatmullRom, second: CatmullRom, windows: np.ndarray, samples: int = SAMPLES
+    first: CatmullRom, second: CatmullRom, windows: Floats, samples: int = SAMPLES
 ) -> Approach:
     """Closest points of two curves in windows (K, 2, 2) of their parameters, from samples a Bezier segment."""
     start = np.empty(windows.shape[:2])
     for k, window in enumerate(windows):
-        u, v = (np.linspace(*limits, int(np.ceil(np.ptp(limits) * samples)) + 1) for limits in window)
+        u, v = (np.linspace(low, high, int(np.ceil((high - low) * samples)) + 1) for low, high in window)
         x, y = first.value(u), second.value(v)
         square = (x * x).sum(axis=1)[:, None] + (y * y).sum(axis=1) - 2 * x @ y.T
         i, j = np.unravel_index(square.argmin(), square.shape)
@@ -306,18 +277,12 @@ def closest_points(
 
 
 def refine(
-    first: CatmullRom, second: CatmullRom, start: np.ndarray, windows: np.ndarray, shift: Any = 0.0
+    first: CatmullRom, second: CatmullRom, start: Floats, windows: Floats, shift: Any = 0.0
 ) -> Approach:
     """Newton's method for local minima of the distance of two curves.
 
-    Parameters
-    ----------
-    start : ndarray (K, 2)
-        Parameters to start from.
-    windows : ndarray (K, 2, 2)
-        First and last parameter allowed.
-    shift : ndarray (K, 3), optional
-        Vectors by which the second curve is moved. [m]
+    From parameters (K, 2) it finds minima in windows (K, 2, 2), first and last parameter allowed. The second curve may
+    be moved by shifts (K, 3) [m].
     """
     curves, u = (first, second), start.copy()
     low, high = windows[..., 0], windows[..., 1]
@@ -339,12 +304,12 @@ def refine(
         value, step = lower, following
     point = np.stack([first.value(u[:, 0]), second.value(u[:, 1]) + shift], axis=1)
     interior = ((u > low + 1e-9) & (u < high - 1e-9)).all(axis=1)
-    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), interior)
+    return Approach(u, point, np.linalg.norm(point[:, 1] - point[:, 0], axis=-1), np.asarray(interior))
 
 
 def _half_square(
-    curves: tuple[CatmullRom, CatmullRom], shift: Any, u: np.ndarray, low: np.ndarray, high: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+    curves: tuple[CatmullRom, CatmullRom], shift: Any, u: Floats, low: Floats, high: Floats
+) -> tuple[Floats, Floats]:
     """Half the squared distance (K,) at u (K, 2), and a step (K, 2) that lowers it, within bounds."""
     (a, ta, da), (b, tb, db) = (curve.jet(u[:, side]) for side, curve in enumerate(curves))
     apart = a - b - shift

@@ -16,6 +16,7 @@ import numpy as np
 from knitstudy.knit.geometry.crossings import SAME, Crossings, find_crossings
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import Centreline
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 NO_ARCS = np.empty((0, 2))
 
@@ -24,15 +25,15 @@ NO_ARCS = np.empty((0, 2))
 class Grip:
     """Arcs of yarns that a load holds or drives; an arc without length is the end of a yarn."""
 
-    yarn: np.ndarray  # (k,)
-    arc: np.ndarray  # (k, 2) arc lengths between which a yarn is gripped. [m]
-    side: np.ndarray | None = None  # direction: only the half of the surface that looks there is gripped
+    yarn: Ints  # (k,)
+    arc: Floats  # (k, 2) arc lengths between which a yarn is gripped. [m]
+    side: Ints | None = None  # direction: only the half of the surface that looks there is gripped
 
-    def of(self, yarn: int) -> np.ndarray:
+    def of(self, yarn: int) -> Floats:
         """Return the gripped arcs (k, 2) of a yarn. [m]"""
         return self.arc[self.yarn == yarn]
 
-    def holds(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def holds(self, yarn: Ints, arc_length: Floats) -> Bools:
         """Return whether places (k,) on yarns (k,) are gripped; the ends of arcs are, whatever rounding says."""
         rounding = 1e-9 * self.arc.max(initial=0.0)
         s = np.asarray(arc_length)[:, None]
@@ -44,11 +45,11 @@ class Grip:
 class Arcs:
     """Arcs of a fabric's yarns, and the crossings that lie on them."""
 
-    crossing: np.ndarray  # crossings of which both yarns are there, ascending
-    yarn: np.ndarray  # (A,) of every arc, ascending
-    arc: np.ndarray  # (A, 2) where it begins and ends; of a yarn ascending. [m]
+    crossing: Ints  # crossings of which both yarns are there, ascending
+    yarn: Ints  # (A,) of every arc, ascending
+    arc: Floats  # (A, 2) where it begins and ends; of a yarn ascending. [m]
 
-    def piece(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def piece(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the arcs (k,) that places on yarns (k,) lie in, -1 where there is none."""
         inside = (yarn[:, None] == self.yarn) & (arc_length[:, None] > self.arc[:, 0])
         inside &= arc_length[:, None] < self.arc[:, 1]
@@ -63,20 +64,20 @@ class Fabric:
     clearance: float  # gap aimed at where yarns cross, in radii
     centrelines: tuple[Centreline, ...]  # of all Y yarns
     crossings: Crossings
-    size: np.ndarray  # lengths along x, y and z that strains refer to. [m]
-    copy_of: np.ndarray  # (Y,) the yarn that every yarn is a moved copy of; it may be itself
-    shift: np.ndarray  # (Y, 3) vector from that one to the copy. [m]
+    size: Floats  # lengths along x, y and z that strains refer to. [m]
+    copy_of: Ints  # (Y,) the yarn that every yarn is a moved copy of; it may be itself
+    shift: Floats  # (Y, 3) vector from that one to the copy. [m]
     specimen: str = "curves"  # what it was made as, and
     made_of: Mapping[str, Any] = field(default_factory=dict)  # of which numbers, by their names in a dataset
     # Held and driven, by the direction of the load (of a pair: by how it is supported).
     grips: Mapping[str, tuple[Grip, Grip]] = field(default_factory=dict)
     repeats: int = 1  # equally long parts with the same crossings that every yarn consists of
     # Distances along x and y after which the pattern repeats itself; nan if it does not. [m]
-    cell: np.ndarray = field(default_factory=lambda: np.full(2, np.nan))
+    cell: Floats = field(default_factory=lambda: np.full(2, np.nan))
     angle: float = 90.0  # between crossing yarns [degrees], for refined meshes; of a knit as if 90
     arcs: Arcs | None = None  # of pieces: the parts of another fabric's yarns that the yarns are
     # (p, 3) vectors by which an endless fabric repeats itself; none if it ends. [m]
-    periods: np.ndarray = field(default_factory=lambda: np.empty((0, 3)))
+    periods: Floats = field(default_factory=lambda: np.empty((0, 3)))
     loop: Loop | None = None  # of a knit
     sample: Fabric | None = None  # a smaller fabric, if any, in which yarns bend and meet as in this one
 
@@ -95,7 +96,7 @@ class Fabric:
         """Columns and rows of cells that crossings are labelled with."""
         return int(self.crossings.column.max()) + 1, int(self.crossings.row.max()) + 1
 
-    def gripped_arcs(self, load: str | None) -> dict[int, np.ndarray]:
+    def gripped_arcs(self, load: str | None) -> dict[int, Floats]:
         """Return the arcs (a, 2) by yarn along which a load grips yarns, without the ends of yarns. [m]"""
         pair = self.grips.get(load or "")
         if pair is None:
@@ -104,7 +105,7 @@ class Fabric:
         long = arc[:, 1] > arc[:, 0]
         return {number: arc[long & (yarn == number)] for number in np.unique(yarn[long]).tolist()}
 
-    def grip_ends(self, load: str | None) -> dict[int, np.ndarray]:
+    def grip_ends(self, load: str | None) -> dict[int, Floats]:
         """Return the arc lengths (k,) by yarn, ascending, at which grips begin or end inside yarns. [m]"""
         ends = {}
         for yarn, arcs in self.gripped_arcs(load).items():
@@ -113,7 +114,7 @@ class Fabric:
         return ends
 
     @cached_property
-    def _places(self) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    def _places(self) -> dict[int, tuple[Floats, Floats]]:
         """Arc lengths (m,) and points (m, 3) at which a yarn or a copy of it is crossed, by the yarn copied."""
         crossings, places = self.crossings, {}
         yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
@@ -125,20 +126,16 @@ class Fabric:
             places[number] = s[here], middle[here]
         return places
 
-    def places(self, yarn: int) -> tuple[np.ndarray, np.ndarray]:
+    def places(self, yarn: int) -> tuple[Floats, Floats]:
         """Return where a yarn would be crossed if it had the neighbours of all of its copies.
 
-        Returns
-        -------
-        arc_length : ndarray (m,)
-            Ascending. [m]
-        point : ndarray (m, 3)
-            In the middle between the closest points of the two centrelines. [m]
+        These are ascending arc lengths (m,) [m] and points (m, 3) [m] in the middle between the closest points of the
+        two centrelines.
         """
         s, point = self._places[int(self.copy_of[yarn])]
         return s, point + self.shift[yarn]
 
-    def places_of_a_repeat(self, yarn: int = 0) -> np.ndarray:
+    def places_of_a_repeat(self, yarn: int = 0) -> Floats:
         """Return the arc lengths (k,) of the places in the first of a yarn's repeats. [m]"""
         s = self.places(yarn)[0]
         return s[s < self.centrelines[yarn].length / self.repeats]
@@ -148,9 +145,9 @@ def of_curves(
     centrelines: Sequence[Centreline],
     radius: float,
     clearance: float = 0.0,
-    size: np.ndarray | None = None,
-    copy_of: np.ndarray | None = None,
-    shift: np.ndarray | None = None,
+    size: Floats | None = None,
+    copy_of: Ints | None = None,
+    shift: Floats | None = None,
     **more: Any,
 ) -> Fabric:
     """Return a fabric of any curves, whose crossings are found; see `Fabric` for the arguments.

@@ -13,23 +13,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
 
+import numpy as np
 import xarray as xr
 from scipy.optimize import brentq
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.crossings import metre
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
+from knitstudy.knit.geometry.columns import GEOMETRY
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.fit import fitted_loop
-from knitstudy.knit.geometry.loop import Loop
+from knitstudy.knit.geometry.loop import Loop, LoopTarget
 from knitstudy.knit.geometry.loop_metrics import LoopMetrics, check_yarns, loop_metrics
 from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimise
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import Geometry, Pattern, Yarn
+from knitstudy.knit.scene.specimens import Crossing, Looped
 from knitstudy.knit.scene.stitches import is_plain
 
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
@@ -59,14 +60,15 @@ def lay_out(scene: Scene) -> xr.Dataset:
     >>> knit.sizes["fabric_yarn"], knit.sizes["crossing"]
     (9, 36)
     """
-    if scene.specimen == "pair":
+    if isinstance(scene, Crossing):
         pair = scene.pair
         return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
-    pattern = scene.pattern
+    pattern: Pattern = scene.value("pattern")
+    radius = drawn_radius(scene.yarn, scene.value("geometry.diameter_share"))
     if not is_plain(pattern.stitches):
-        return fabric_dataset(endless_cell_of_stitches(_target(scene), pattern.loops, pattern.rows))
+        return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
     try:
-        initial, loop, optimum = loop_of(scene)
+        initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"))
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
@@ -76,56 +78,51 @@ def lay_out(scene: Scene) -> xr.Dataset:
                 "; or a pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md lists "
                 "the loops that exist); or pattern.control_points null: a loop is drawn for the spacings"
             )
-        raise GeometryError(f"scene {scene.name!r}: {_described(scene)}: {error}{remedy}") from error
+        described = _described(pattern, scene.yarn.diameter)
+        raise GeometryError(f"scene {scene.name!r}: {described}: {error}{remedy}") from error
     knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
     return fabric_dataset(knit).merge(_report(initial, optimum, metrics))
 
 
-def initial_loop(scene: Scene) -> Loop:
+def initial_loop(scene: Looped) -> Loop:
     """Return the loop of a scene as it is drawn, before its optimisation."""
-    pattern, radius = scene.pattern, drawn_radius(scene)
+    return _drawn(scene.pattern, drawn_radius(scene.yarn, scene.value("geometry.diameter_share")))
+
+
+def _drawn(pattern: Pattern, radius: float) -> Loop:
+    """Return the loop of a pattern as it is drawn, of yarns of a radius [m]."""
     if pattern.control_points is None:
-        return _target(scene).drawn()
+        return _target(pattern, radius).drawn()
     spacings = pattern.wale_spacing, pattern.course_spacing
-    return Loop(pattern.control_points, *spacings, radius, pattern.clearance)
+    return Loop(np.array(pattern.control_points), *spacings, radius, pattern.clearance)
 
 
-def drawn_radius(scene: Scene) -> float:
-    """Return the radius that loops are drawn for [m].
-
-    Examples
-    --------
-    >>> from knitstudy import load_scene
-    >>> drawn_radius(load_scene("yarns-tie-course"))
-    0.0009
-    """
-    return 0.5 * scene.yarn.diameter * (scene.value("geometry.diameter_share") or 1.0)
+def drawn_radius(yarn: Yarn, share: float | None) -> float:
+    """Return the radius that loops are drawn for [m]: a share of the yarn's, by default all of it."""
+    return 0.5 * yarn.diameter * (share or 1.0)
 
 
-def _target(scene: Scene) -> LoopTarget:
-    """Return the target of the loop of a scene that has no control points."""
-    pattern = scene.pattern
+def _target(pattern: Pattern, radius: float) -> LoopTarget:
+    """Return the target of the loop of a pattern that has no control points."""
     spacings = pattern.course_spacing, pattern.wale_spacing
-    return LoopTarget(
-        *spacings, drawn_radius(scene), pattern.clearance, pattern.loop_length, pattern.stitches
-    )
+    return LoopTarget(*spacings, radius, pattern.clearance, pattern.loop_length, pattern.stitches)
 
 
-def loop_of(scene: Scene) -> tuple[Loop, Loop, Optimum]:
-    """Return the loop of a scene as it is drawn, the optimised loop, and the outcome of the optimisation.
+def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:
+    """Return the loop of a pattern as it is drawn, the optimised loop, and the outcome of the optimisation.
 
     Examples
     --------
     >>> from knitstudy import load_scene
-    >>> drawn, optimised, _ = loop_of(load_scene("yarns-tie-course"))
+    >>> scene = load_scene("yarns-tie-course")
+    >>> drawn, optimised, _ = loop_of(scene.pattern, scene.yarn.radius, scene.geometry)
     >>> round(1e3 * drawn.length, 1), round(1e3 * optimised.length, 1)  # of yarn [mm]
     (54.9, 55.5)
     """
-    if scene.pattern.control_points is None:
-        return fitted_loop(_target(scene), scene.geometry)
-    stitches = scene.pattern.stitches
-    *loops, optimum = _redrawn(initial_loop(scene), scene.pattern, scene.geometry)
-    return *(all_of_repeat(loop, stitches) for loop in loops), optimum
+    if pattern.control_points is None:
+        return fitted_loop(_target(pattern, radius), settings)
+    initial, loop, optimum = _redrawn(_drawn(pattern, radius), pattern, settings)
+    return all_of_repeat(initial, pattern.stitches), all_of_repeat(loop, pattern.stitches), optimum
 
 
 def all_of_repeat(loop: Loop, stitches: tuple[str, ...]) -> Loop:
@@ -134,14 +131,15 @@ def all_of_repeat(loop: Loop, stitches: tuple[str, ...]) -> Loop:
     return replace(loop, control_points=points, stitches=stitches)
 
 
-def _described(scene: Scene) -> str:
-    """Return the keys of the loop of a scene in words."""
-    pattern = scene.pattern
-    words = [
-        f"{name} {1e3 * scene.value(name):.4g} mm"
-        for name in ("pattern.course_spacing", "pattern.wale_spacing", "yarn.diameter", "pattern.loop_length")
-        if scene.value(name) is not None
-    ]
+def _described(pattern: Pattern, diameter: float) -> str:
+    """Return the keys of the loop of a pattern in words."""
+    lengths = {
+        "pattern.course_spacing": pattern.course_spacing,
+        "pattern.wale_spacing": pattern.wale_spacing,
+        "yarn.diameter": diameter,
+        "pattern.loop_length": pattern.loop_length,
+    }
+    words = [f"{name} {1e3 * length:.4g} mm" for name, length in lengths.items() if length is not None]
     if pattern.stitches != PLAIN:
         words.insert(0, f"pattern.stitches {list(pattern.stitches)}")
     words.append(f"pattern.clearance {pattern.clearance:g} radii")
@@ -153,39 +151,23 @@ def _described(scene: Scene) -> str:
 def _report(initial: Loop, optimum: Optimum, metrics: Sequence[LoopMetrics]) -> xr.Dataset:
     """Return the changes by the optimisation, over the states "before" and "after"."""
     terms = list(optimum.after)
-    values = [[state[term] for term in terms] for state in (optimum.before, optimum.after)]
-    one, degrees = {"units": "1"}, {"units": "degree", "long_name": "angle to x in the plane"}
-    measured = {
-        "radius_of_curvature": metre("the smallest one"),
-        "penetration": metre("deepest penetration of two pieces of yarn"),
-        "gap": metre("smallest gap of pieces that are not neighbours along a yarn"),
-        "other_gap": metre("the same, away from the crossings"),
-        "interlock_angle": degrees,
-        "leg_angle": degrees,
+    measured = "radius_of_curvature penetration gap other_gap interlock_angle leg_angle".split()
+    values = {
+        "control_points_before": initial.control_points,
+        "cost": [[state[term] for term in terms] for state in (optimum.before, optimum.after)],
+        "loop_length": [state.length for state in metrics],
+        "crossing_distance": [state.distance for state in metrics],
+        "iterations": optimum.iterations,
+        "gradient": optimum.gradient,
+        **{name: [getattr(state, name) for state in metrics] for name in measured},
     }
-    points, lengths = metre("before the optimisation"), metre("arc length of yarn in a loop")
-    distances = [metrics.distance for metrics in metrics]
-    return xr.Dataset(
-        {
-            "control_points_before": (("point", "xyz"), initial.control_points, points),
-            "cost": (("state", "term"), values, one | {"long_name": "terms of F, unweighted, and F"}),
-            "loop_length": ("state", [metrics.length for metrics in metrics], lengths),
-            "crossing_distance": (("state", "cell_zone"), distances, metre("of centrelines")),
-            "iterations": ((), optimum.iterations, one | {"long_name": "of the quasi-Newton method"}),
-            "gradient": ((), optimum.gradient, one | {"long_name": "remaining gradient of F, relative"}),
-        }
-        | {
-            name: ("state", [getattr(state, name) for state in metrics], attributes)
-            for name, attributes in measured.items()
-        },
-        coords={"state": ["before", "after"], "term": terms},
-    )
+    return xr.Dataset(GEOMETRY.variables(values), {"state": ["before", "after"], "term": terms})
 
 
 # ---- Loops at another course spacing
 
 
-def _redrawn(drawn: Loop, pattern: Any, settings: Any) -> tuple[Loop, Loop, Optimum]:
+def _redrawn(drawn: Loop, pattern: Pattern, settings: Geometry) -> tuple[Loop, Loop, Optimum]:
     """Return the loop at the course spacing of a pattern, before and after its optimisation, and the outcome."""
     ratio = pattern.course_ratio
     if pattern.keep == "length":
@@ -205,7 +187,7 @@ def _stretched(loop: Loop, across: float, along: float) -> Loop:
     )
 
 
-def _at_length(drawn: Loop, ratio: float, settings: Any) -> tuple[Loop, Loop, Optimum]:
+def _at_length(drawn: Loop, ratio: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:
     """Return as `_redrawn` does the loop whose optimisation has the drawn length, by secants on the width."""
     length = drawn.length
 
@@ -219,7 +201,7 @@ def _at_length(drawn: Loop, ratio: float, settings: Any) -> tuple[Loop, Loop, Op
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
     across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
-    before = step = None
+    before = step = 0.0
     for _ in range(MOST_OPTIMISATIONS):
         initial = _stretched(drawn, across, ratio)
         loop, optimum = optimise(initial, settings)

@@ -1,4 +1,8 @@
-"""The loops of one repeat of a knit: one of a plain knit, r rows of k loops of others."""
+"""The loops of one repeat of a knit: one of a plain knit, r rows of k loops of others; and loops as they are drawn.
+
+A loop is drawn as x = w t / (2 pi) + a sin 2t, y = -h/2 cos t, z = -b cos 2t, as long as Peirce's loop (1947,
+"Geometrical principles applicable to the design of functional fabrics", Textile Research Journal 17).
+"""
 
 from __future__ import annotations
 
@@ -8,7 +12,8 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.knit.geometry.stitches import PLAIN, sides
+from knitstudy.knit.geometry.stitches import PLAIN, drawn_from_plain, sides
+from knitstudy.mechanics.arrays import Bools, Floats
 
 IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a knit stitch's crossings
 
@@ -17,12 +22,11 @@ IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a 
 class Loop:
     """Control points of the loops of one repeat and the spacings at which they stand.
 
-    Raises GeometryError when a length is not positive, rows or loops stand closer than a diameter, the clearance is
-    negative, or stitches are no rectangle of K and P that the control points can be divided by.
+    Raises GeometryError when stitches are no rectangle of K and P that the control points can be divided by.
     """
 
     # (P, 3) from the sinker's centre, x = 0, to the one before that where the row repeats itself, row after row. [m]
-    control_points: np.ndarray
+    control_points: Floats
     wale_spacing: float  # distance w of neighbouring loops along x. [m]
     course_spacing: float  # distance c of neighbouring rows along y. [m]
     radius: float  # R of the yarn. [m]
@@ -32,16 +36,6 @@ class Loop:
     def __post_init__(self) -> None:
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
         self.control_points.setflags(write=False)
-        diameter = 2 * self.radius
-        wider = f"more than yarn.diameter = {diameter} m"
-        for name, value, fits, allowed in (
-            ("yarn.diameter", f"{diameter} m", self.radius > 0, "a positive number"),
-            ("pattern.clearance", f"{self.clearance} radii", self.clearance >= 0, "zero or more"),
-            ("pattern.wale_spacing", f"{self.wale_spacing} m", self.wale_spacing > diameter, wider),
-            ("pattern.course_spacing", f"{self.course_spacing} m", self.course_spacing > diameter, wider),
-        ):
-            if not fits:
-                raise GeometryError(f"{name} = {value}: allowed is {allowed}")
         count, loops = len(self.control_points), sides(self.stitches).size
         if count % loops:
             raise GeometryError(f"pattern.control_points: {count} points cannot describe {loops} loops")
@@ -58,7 +52,7 @@ class Loop:
         return len(self.stitches[0])
 
     @property
-    def advance(self) -> np.ndarray:
+    def advance(self) -> Floats:
         """Vector from a row's first loop to the one where the row repeats itself: (3,), m."""
         return np.array([self.columns * self.wale_spacing, 0.0, 0.0])
 
@@ -79,7 +73,7 @@ class Loop:
         return CatmullRom(points + turns * (self.rows * self.rise), self.advance)
 
     @property
-    def rise(self) -> np.ndarray:
+    def rise(self) -> Floats:
         """Vector from a row to the next one: (3,), m."""
         return np.array([0.0, self.course_spacing, 0.0])
 
@@ -94,7 +88,7 @@ class Loop:
         return float(sum(curve.segment_lengths().sum() for curve in self.curves) / (self.rows * self.columns))
 
     @property
-    def upper_in_front(self) -> np.ndarray:
+    def upper_in_front(self) -> Bools:
         """Whether the upper row's yarn passes in front: (r, k, 4), by row and column of the lower loop, and zone."""
         above = np.roll(sides(self.stitches), -1, axis=0)[..., None]
         return np.where(above > 0, IN_FRONT, ~IN_FRONT)
@@ -106,7 +100,7 @@ class Loop:
         return Loop(self.control_points * factor, *spacings, 1.0, self.clearance, self.stitches)
 
 
-def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
+def whole_loop(quarter: Floats, wale_spacing: float) -> Floats:
     """All control points (4 k, 3) of a loop from the points of a quarter (k + 1, 3): sinker to middle of the leg.
 
     Examples
@@ -119,3 +113,73 @@ def whole_loop(quarter: np.ndarray, wale_spacing: float) -> np.ndarray:
     half = np.vstack([quarter, turned])
     mirrored = [wale_spacing, 0, 0] + half[-2:0:-1] * [-1, 1, 1]
     return np.vstack([half, mirrored])
+
+
+POINTS = 16  # control points of a drawn loop
+DRAWN_SAMPLES = 1000  # of a drawn curve, between which control points are spaced evenly
+OVERLAP, HEIGHT = 2.0, 0.54  # of a drawn loop, in diameters: h over c, and b
+BULGE, BULGES = (0.08, 0.35), 28  # range of a over w, and values between which a length is interpolated
+TIGHT = (3.364, 4.0)  # course and wale spacing over the diameter of Peirce's loop whose yarns touch
+THIN = 0.3  # of that diameter, for which loops of thinner yarns are drawn: else they do not reach each other
+
+
+def peirce_length(course: float, wale: float, diameter: float) -> float:
+    """Return the length of yarn in Peirce's loop, whose arcs lie in the plane and touch: all in one unit.
+
+    Examples
+    --------
+    >>> round(peirce_length(course=0.9, wale=1.1, diameter=0.25), 3)  # one unit for all
+    4.385
+    """
+    return 2 * course + wale + 5.94 * diameter
+
+
+@dataclass(frozen=True)
+class LoopTarget:
+    """Input of a fit: spacings and radius as of `Loop`, and the length of a loop if it is given [m]."""
+
+    course: float
+    wale: float
+    radius: float
+    clearance: float
+    length: float | None = None
+    stitches: tuple[str, ...] = PLAIN
+
+    @property
+    def tight(self) -> float:
+        """Diameter of the yarns of Peirce's loop that touch at these spacings. [m]"""
+        return min(self.course / TIGHT[0], self.wale / TIGHT[1])
+
+    @property
+    def rest_length(self) -> float:
+        """Length of Peirce's loop, which the length term of Eq. (1) aims at. [m]"""
+        return peirce_length(self.course, self.wale, min(2 * self.radius, self.tight))
+
+    def drawn(self, length: float | None = None) -> Loop:
+        """Return the loop as it is drawn: of a length [m], or as long as Peirce's as far as `BULGE` allows.
+
+        Raises GeometryError where no drawn loop has the length.
+        """
+        diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
+        t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
+        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
+
+        def curve(bulge: float) -> tuple[Floats, Floats]:
+            x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))
+            points = np.column_stack([x, -0.5 * height * np.cos(t), -depth * np.cos(2 * t)])
+            return points, np.append(0.0, np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1)))
+
+        bulges = np.linspace(*BULGE, BULGES)
+        lengths = [curve(bulge)[1][-1] for bulge in bulges]
+        if length is not None and not lengths[0] <= length <= lengths[-1]:
+            between = f"from {lengths[0]:.4g} to {lengths[-1]:.4g} m"
+            raise GeometryError(
+                f"pattern.loop_length is {length:.4g} m, but loops of these spacings are drawn {between}"
+            )
+        length = length or peirce_length(self.course, self.wale, diameter)
+        points, s = curve(np.interp(length, lengths, bulges))
+        at = np.arange(POINTS // 4 + 1) / POINTS * s[-1]
+        quarter = np.column_stack([np.interp(at, s, points[:, axis]) for axis in range(3)])
+        quarter[-1, :2] = self.wale / 4, 0.0
+        points = drawn_from_plain(whole_loop(quarter, self.wale), self.wale, self.course, self.stitches)
+        return Loop(points, self.wale, self.course, self.radius, self.clearance, self.stitches)

@@ -16,7 +16,8 @@ import pandas as pd
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import crossings_of_loop, refine, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
-from knitstudy.knit.geometry.spline import CatmullRom
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline
+from knitstudy.mechanics.arrays import Floats, Ints
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed
@@ -29,7 +30,7 @@ class LoopMetrics:
 
     length: float  # arc length of yarn in a loop. [m]
     radius_of_curvature: float  # the smallest one. [m]
-    distance: np.ndarray  # (4 r k,) shortest distance of the centrelines at each crossing. [m]
+    distance: Floats  # (4 r k,) shortest distance of the centrelines at each crossing. [m]
     gap: float  # smallest between pieces that are no neighbours along a yarn; negative where yarns penetrate. [m]
     other_gap: float  # smallest away from the closest points of the crossings. [m]
     # Angles to x, in the plane: of the segment between the two contact points of one side of an interlock, and of the
@@ -71,7 +72,7 @@ def loop_metrics(loop: Loop) -> LoopMetrics:
     )
 
 
-def honeycomb_angles(contact: np.ndarray, rise: float) -> tuple[float, float]:
+def honeycomb_angles(contact: Floats, rise: float) -> tuple[float, float]:
     """Return the angles to x [deg] of the segments of Fig. 4 (interlock, leg), from the contact points (4, 3).
 
     Examples
@@ -83,7 +84,8 @@ def honeycomb_angles(contact: np.ndarray, rise: float) -> tuple[float, float]:
     """
     interlock = contact[2, :2] - contact[0, :2]
     leg = contact[0, :2] + [0.0, rise] - contact[2, :2]
-    return tuple(float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    along, up = (float(np.degrees(np.arctan2(abs(y), abs(x)))) for x, y in (interlock, leg))
+    return along, up
 
 
 def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
@@ -105,12 +107,7 @@ def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
 def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES) -> pd.DataFrame:
     """Return all places where a loop comes near other yarn, or itself: local minima of the distance.
 
-    Parameters
-    ----------
-    reach : float
-        Distance of centrelines, in radii, beyond which pairs are left out.
-    samples : int
-        Samples a Bezier segment.
+    Pairs of centrelines farther apart than a reach [radii] are left out; samples are those of a Bezier segment.
 
     Returns
     -------
@@ -137,7 +134,7 @@ def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES
     return places[~places[["row", "above", "u", "v"]].round(6).duplicated()]
 
 
-def away_from_crossings(near: pd.DataFrame, row: np.ndarray, crossings: np.ndarray) -> pd.DataFrame:
+def away_from_crossings(near: pd.DataFrame, row: Ints, crossings: Floats) -> pd.DataFrame:
     """Return the approaches that are not crossings of rows (K,) with the next row at parameters (K, 2)."""
     apart = np.abs(near[["u", "v"]].to_numpy()[:, None] - crossings).max(axis=-1)
     elsewhere = (apart > 1e-3) | (near["row"].to_numpy()[:, None] != row)
@@ -146,7 +143,7 @@ def away_from_crossings(near: pd.DataFrame, row: np.ndarray, crossings: np.ndarr
 
 def _local_minima(
     curve: CatmullRom, other: CatmullRom, same: bool, reach: float, samples: int, half_circle: float
-) -> np.ndarray:
+) -> Floats:
     """Return parameters (k, 2) of pairs of samples on two curves that are nearer than their eight neighbours."""
     # One more sample at both ends of the period, so that minima at its ends are seen as such.
     here = np.arange(-1, curve.period * samples + 2) / samples
@@ -159,26 +156,12 @@ def _local_minima(
     for i, j in np.ndindex(3, 3):
         lowest &= centre <= square[i : i + centre.shape[0], j : j + centre.shape[1]]
     if same:
-        lowest &= _beyond_half_circle(curve, here[1:-1], around[1:-1], half_circle)
+        # Each pair once; nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
+        line = Centreline(curve, 3)
+        start, end = (line.arc_length(u[1:-1] + curve.period) for u in (here, around))
+        lowest &= end - start[:, None] > half_circle
     i, j = np.nonzero(lowest)
     return np.column_stack([here[1:-1][i], around[1:-1][j]])
-
-
-def _beyond_half_circle(
-    curve: CatmullRom, here: np.ndarray, around: np.ndarray, half_circle: float
-) -> np.ndarray:
-    """Return which pairs on one yarn, each pair once, are farther apart along the yarn than half a circle of radius R.
-
-    Nearer ones cannot overlap, with a radius of curvature above R (Schur's theorem).
-    """
-    knots = np.concatenate([[0.0], np.cumsum(curve.segment_lengths())])
-    u = np.arange(curve.period + 1)
-
-    def along(parameter: np.ndarray) -> np.ndarray:
-        turns, rest = np.divmod(parameter, curve.period)
-        return turns * knots[-1] + np.interp(rest, u, knots)
-
-    return along(around) - along(here)[:, None] > half_circle
 
 
 def smallest_radius_of_curvature(*curves: CatmullRom) -> float:

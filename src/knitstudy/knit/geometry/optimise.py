@@ -26,6 +26,7 @@ from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windo
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 # Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
@@ -34,12 +35,8 @@ CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
 class CostFunction:
     """F of Eq. (1) for the loops of a repeat of a periodic knit, in units of the radius.
 
-    Parameters
-    ----------
-    loop : Loop
-        At the start, in radii; it gives the rest lengths, sigma, and the windows in which crossings are looked for.
-    settings : object
-        Its weights and samples; see `optimise`.
+    The loop at the start, in radii, gives the rest lengths, sigma, and the windows in which crossings are looked for;
+    for the weights and samples see `optimise`.
     """
 
     def __init__(self, loop: Loop, settings: Any) -> None:
@@ -54,28 +51,28 @@ class CostFunction:
         chord = np.linalg.norm(self._chords(loop.control_points), axis=1)
         self.sigma = 0.5 * (chord + self._roll(chord, 1))
 
-    def curves(self, points: np.ndarray, row: np.ndarray) -> Rows:
+    def curves(self, points: Floats, row: Ints) -> Rows:
         """Return curves through control points (P, 3); place k lies on row `row[k]`."""
         return Rows(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
 
-    def _operator(self, row: np.ndarray, u: np.ndarray, order: int) -> tuple[np.ndarray, np.ndarray]:
+    def _operator(self, row: Ints, u: Floats, order: int) -> tuple[Floats, Floats]:
         """Return a derivative at u (k, m) on rows (k,) as a linear map of the control points."""
         row = np.repeat(row, u.shape[1])
         return self.curves(self.loop.control_points, row).operator(u.ravel(), order)
 
-    def _roll(self, values: np.ndarray, by: int) -> np.ndarray:
+    def _roll(self, values: Floats, by: int) -> Floats:
         """Return the values (P, ...) of the control points `by` places before on the same row."""
         return np.roll(values.reshape(self.loop.rows, -1, *values.shape[1:]), by, axis=1).reshape(
             values.shape
         )
 
-    def _chords(self, points: np.ndarray) -> np.ndarray:
+    def _chords(self, points: Floats) -> Floats:
         """Return the edges P_k+1 - P_k (P, 3) of the control polygons."""
         following = self._roll(points, -1)
         following[self.loop.curve.period - 1 :: self.loop.curve.period] += self.loop.advance
         return following - points
 
-    def value(self, points: np.ndarray, share: float = 1.0) -> tuple[float, np.ndarray]:
+    def value(self, points: Floats, share: float = 1.0) -> tuple[float, Floats]:
         """Return F with a share of alpha, which may be 0, and its gradient (P, 3), at points (P, 3) in radii."""
         w = self.settings
         alpha = share * w.alpha
@@ -87,7 +84,7 @@ class CostFunction:
         gradient = alpha * d_distance + w.beta * (d_continuous + w.beta_0 * d_join) + w.gamma * d_length
         return value, gradient
 
-    def terms(self, points: np.ndarray) -> dict[str, float]:
+    def terms(self, points: Floats) -> dict[str, float]:
         """Return the terms of F without their weights, and F, at points (P, 3)."""
         continuous, join = self.continuous(points)[0], self.join(points)[0]
         return {
@@ -99,18 +96,18 @@ class CostFunction:
             "total": self.value(points)[0],
         }
 
-    def approach(self, points: np.ndarray) -> Approach:
+    def approach(self, points: Floats) -> Approach:
         """Return the closest approach of the yarns at the crossings, by row, column and zone, at points (P, 3)."""
         loop = replace(self.loop, control_points=points)
         return crossings_of_loop(loop, self.row, self.windows, self.settings.samples)
 
-    def distance(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+    def distance(self, points: Floats) -> tuple[float, Floats]:
         """Return F_Distance, Eq. (2), summed over the crossings, and its gradient (P, 3)."""
         near = self.approach(points)
         error = near.distance - self.target
-        return error @ error, np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
+        return float(error @ error), np.einsum("k,kpi->pi", 2 * error, self.distance_slope(points, near))
 
-    def distance_slope(self, points: np.ndarray, near: Approach, row: np.ndarray | None = None) -> np.ndarray:
+    def distance_slope(self, points: Floats, near: Approach, row: Ints | None = None) -> Floats:
         """Return the gradients (K, P, 3) of the shortest distances (K,) at points (P, 3).
 
         To first order only the motion of the curves at fixed parameters changes the shortest distance. Closest points
@@ -123,13 +120,13 @@ class CostFunction:
         )
         return (on_upper - on_lower)[:, :, None] * normal[:, None]
 
-    def continuous(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+    def continuous(self, points: Floats) -> tuple[float, Floats]:
         """Return F_cont, Eq. (4), with t the parameter of a Bezier segment, and its gradient (P, 3)."""
         second = self._bend @ points + self._bend_offset
         share = 1 / len(CURVATURE_POINTS)
         return share * (second**2).sum(), 2 * share * self._bend.T @ second
 
-    def join(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+    def join(self, points: Floats) -> tuple[float, Floats]:
         """Return the sum of K_join^2, Eq. (5), over the control points, and its gradient (P, 3)."""
         chord = self._chords(points)
         size = np.linalg.norm(chord, axis=1, keepdims=True)
@@ -140,14 +137,14 @@ class CostFunction:
         d_chord = (d_unit - after * (d_unit * after).sum(axis=1, keepdims=True)) / size
         return square.sum(), self._roll(d_chord, 1) - d_chord
 
-    def length(self, points: np.ndarray) -> tuple[float, np.ndarray]:
+    def length(self, points: Floats) -> tuple[float, Floats]:
         """Return F_Length, Eq. (6), with arc lengths, and its gradient (P, 3)."""
         tangent, speed = self._velocity(points)
         error = self.rest_length - speed @ GAUSS_WEIGHTS
         slope = -2 * error[:, None, None] * GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]
         return error @ error, self._tangent.T @ slope.reshape(-1, 3)
 
-    def arc_length(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def arc_length(self, points: Floats) -> tuple[Floats, Floats]:
         """Return the length of yarn in every row (r,), and the gradients (r, P, 3), at points (P, 3)."""
         tangent, speed = self._velocity(points)
         slope = (GAUSS_WEIGHTS[:, None] * tangent / speed[..., None]).reshape(-1, 3)
@@ -157,13 +154,13 @@ class CostFunction:
         )
         return (speed @ GAUSS_WEIGHTS).reshape(self.loop.rows, -1).sum(axis=1), by_row
 
-    def _velocity(self, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _velocity(self, points: Floats) -> tuple[Floats, Floats]:
         """Return C' (P, g, 3) at the Gauss points of all segments, and its norm (P, g)."""
         tangent = (self._tangent @ points + self._tangent_offset).reshape(len(points), -1, 3)
         return tangent, np.linalg.norm(tangent, axis=-1)
 
 
-def squared_join_curvature(cosine: np.ndarray, sigma: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def squared_join_curvature(cosine: Floats, sigma: Floats) -> tuple[Floats, Floats]:
     """Return K_join^2 (P,) of Eq. (5), and its derivative (P,) with respect to the cosine.
 
     The cosine (P,) is that of the angle by which the control polygon turns, -cos(theta); sigma (P,) is the local
@@ -205,9 +202,9 @@ DIFFERENCE = 1e-5  # step, in radii, of the central differences of the gradient 
 class Optimum:
     """Outcome of an optimisation, in units of the radius."""
 
-    points: np.ndarray  # (P, 3)
-    before: dict  # the terms of F without their weights, and F, at the start
-    after: dict  # and at the end
+    points: Floats  # (P, 3)
+    before: dict[str, float]  # the terms of F without their weights, and F, at the start
+    after: dict[str, float]  # and at the end
     iterations: int  # of the quasi-Newton method
     gradient: float  # largest component that remains, over the largest of the bending terms' at the start
 
@@ -215,14 +212,9 @@ class Optimum:
 def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     """Return the loop whose free components minimise F, and the outcome of the minimisation.
 
-    Parameters
-    ----------
-    loop : Loop
-        The initial loop, whose arc lengths are the rest lengths.
-    settings : object
-        alpha, beta, gamma, beta_0 : float, weights of Eqs. (1) and (3); free : sequence of P strings, the
-        components ("", "z", "yz", "xyz", ...) of each control point that may move; samples : int, samples a
-        Bezier segment in the search of closest points.
+    Arc lengths of the initial loop are the rest lengths. `settings` are the section ``geometry`` of a scene: the
+    weights alpha, beta, gamma and beta_0 of Eqs. (1) and (3); `free`, the components ("", "z", "yz", "xyz", ...) of
+    each of the P control points that may move; `samples` a Bezier segment in the search of closest points.
 
     Raises
     ------
@@ -233,30 +225,25 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     start = loop.in_radii()
     cost = CostFunction(start, settings)
     check_interlock(cost, start.control_points)
-    motions = symmetric_motions(free_components(settings.free, len(start.control_points)), symmetries(start))
+    motions = symmetric_motions(free_components(settings.free), symmetries(start))
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
     check_interlock(cost, optimum.points)
     return replace(loop, control_points=optimum.points * loop.radius), optimum
 
 
-def free_components(free: Sequence[str], count: int) -> np.ndarray:
-    """Return which components (count, 3) may move, from one text of the letters x, y and z a control point.
+def free_components(free: Sequence[str]) -> Bools:
+    """Return which components (P, 3) may move, from one text of the letters x, y and z a control point.
 
     Examples
     --------
-    >>> free_components(["xz", ""], count=2).tolist()
+    >>> free_components(["xz", ""]).tolist()
     [[True, False, True], [False, False, False]]
     """
-    if len(free) != count or not all(set(names) <= set("xyz") for names in free):
-        raise GeometryError(
-            f"geometry.free = {list(free)}: allowed is one entry for each of the {count} control points, "
-            "made of the letters x, y and z, or empty where the point is held"
-        )
     return np.array([[axis in names for axis in "xyz"] for names in free])
 
 
-def minimise(cost: CostFunction, points: np.ndarray, motions: np.ndarray) -> Optimum:
+def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:
     """Minimise F from points (P, 3) over motions (P, 3, n): quasi-Newton (BFGS), then Newton until rounding.
 
     Raises GeometryError when the gradient does not vanish.
@@ -269,7 +256,7 @@ def minimise(cost: CostFunction, points: np.ndarray, motions: np.ndarray) -> Opt
     q = np.zeros(motions.shape[-1])
     iterations = 0
 
-    def function(q: np.ndarray, share: float = 1.0) -> tuple[float, np.ndarray]:
+    def function(q: Floats, share: float = 1.0) -> tuple[float, Floats]:
         value, gradient = cost.value(points + motions @ q, share)
         return value / unit, np.einsum("kai,ka->i", motions, gradient) / unit
 
@@ -287,9 +274,7 @@ def minimise(cost: CostFunction, points: np.ndarray, motions: np.ndarray) -> Opt
     return Optimum(final, before, cost.terms(final), iterations, gradient)
 
 
-def _polish(
-    function: Callable[[np.ndarray], tuple[float, np.ndarray]], q: np.ndarray
-) -> tuple[np.ndarray, float]:
+def _polish(function: Callable[[Floats], tuple[float, Floats]], q: Floats) -> tuple[Floats, float]:
     """Take Newton steps with a Hessian by central differences of the exact gradient, while the gradient falls."""
     gradient = function(q)[1]
     steps = DIFFERENCE * np.eye(len(q))
@@ -304,7 +289,7 @@ def _polish(
     return q, float(np.abs(gradient).max())
 
 
-def check_contact(cost: CostFunction, points: np.ndarray) -> None:
+def check_contact(cost: CostFunction, points: Floats) -> None:
     """Refuse control points with which a crossing is not at its distance; raises GeometryError."""
     near = cost.approach(points)
     error = np.abs(near.distance - cost.target)
@@ -327,7 +312,7 @@ def interlocked(cost: CostFunction) -> bool:
     return np.array_equal(upper > lower, cost.loop.upper_in_front.ravel())
 
 
-def check_interlock(cost: CostFunction, points: np.ndarray) -> None:
+def check_interlock(cost: CostFunction, points: Floats) -> None:
     """Refuse yarns that do not pass each other as their stitches say, or cut each other; raises GeometryError."""
     near = cost.approach(points)
     in_front = near.point[:, 1, 2] > near.point[:, 0, 2]

@@ -16,14 +16,15 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
-from knitstudy.knit.geometry.drawn_loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.scene.knitout import read_repeat
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.registry import Registry
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")
@@ -62,7 +63,7 @@ def read_fabric(path: Path | str) -> Fabric:
     return READERS.find(path.suffix.lower(), str(path)).read(path)
 
 
-def centreline(points: np.ndarray) -> Centreline:
+def centreline(points: Floats) -> Centreline:
     """Return the centreline of a yarn from its first to its last point (n, 3) [m]: a Catmull-Rom curve.
 
     Examples
@@ -86,7 +87,8 @@ def read_centrelines(path: Path) -> Fabric:
     table = read_table(path)
     unit, scale = ("mm", 1e-3) if "x [mm]" in table else ("m", 1.0)
     names = [name.replace("[m]", f"[{unit}]") for name in COLUMNS]
-    table = read_table(path, needs=names)
+    if missing := [name for name in names if name not in table]:
+        raise DataFileError(f"{path}: has no column {missing[0]!r}, only {', '.join(map(repr, table))}")
     numbers = table[names[1:]].apply(pd.to_numeric, errors="coerce")
     for row, column in np.argwhere(~np.isfinite(numbers.to_numpy()))[:1]:
         found = table[names[1 + column]].iloc[row]

@@ -17,6 +17,7 @@ from knitstudy.knit.geometry.fabric import Arcs, Fabric, Grip, of_curves, pieces
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -25,15 +26,8 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     In course tension it is gripped at the ends of all yarns, in wale tension at the sinker arcs of the first yarn and
     at the head arcs of the last one. Of other stitches than plain ones it has whole repeats, and the last yarn is a
     copy of the first.
-    Raises GeometryError when the numbers of loops and rows are not positive integers, or no multiples of the
-    repeat, or yarns do not cross as in a knit.
+    Raises GeometryError when yarns do not cross as in a knit.
     """
-    for name, count, repeat in (("loops", loops, loop.columns), ("rows", rows, loop.rows)):
-        if not (isinstance(count, int | np.integer) and count >= 1):
-            raise GeometryError(f"pattern.{name} = {count!r}: allowed is a whole number from 1 on")
-        if count % repeat:
-            of = f"pattern.stitches {list(loop.stitches)} repeat themselves after {repeat}"
-            raise GeometryError(f"pattern.{name} = {count}: allowed is a multiple of {repeat}, as {of}")
     repeats, every = loops // loop.columns, np.arange(rows + 1)
     copies, copy_of, shift = rows_of_repeat(loop.curves, loop.rise, rows, repeats)
     cell = np.array([loop.wale_spacing, loop.course_spacing])
@@ -61,18 +55,11 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
 
 
 def rows_of_repeat(
-    curves: Sequence[CatmullRom], rise: np.ndarray, rows: int, repeats: int
-) -> tuple[list[Centreline], np.ndarray, np.ndarray]:
-    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn.
+    curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
+) -> tuple[list[Centreline], Ints, Floats]:
+    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn, each in its place.
 
-    Parameters
-    ----------
-    curves : sequence of CatmullRom
-        The r rows of a repeat, each in its place.
-    rise : ndarray (3,)
-        Vector from a row to the next one. [m]
-    repeats : int
-        Repeats along a row.
+    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats.
 
     Returns
     -------
@@ -123,7 +110,7 @@ def _by_cells(crossings: Crossings, loop: Loop, loops: int, rows: int) -> Crossi
     return replace(crossings[order], row=row, column=column, zone=zone)
 
 
-def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
+def _places_of_loops(knit: Fabric, yarn: int) -> Floats:
     """Arc lengths (n, 8) at which every loop of a knit's yarn is crossed. [m]
 
     In this order: left with the row below, left with the row above, right with the row above, right with the row below,
@@ -132,7 +119,7 @@ def _places_of_loops(knit: Fabric, yarn: int) -> np.ndarray:
     return knit.places(yarn)[0].reshape(-1, 8)
 
 
-def sinker_arcs(knit: Fabric) -> np.ndarray:
+def sinker_arcs(knit: Fabric) -> Floats:
     """Return the arc lengths (n + 1, 2) between which a knit's first yarn runs along the bottom of its loops. [m]
 
     From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
@@ -142,7 +129,7 @@ def sinker_arcs(knit: Fabric) -> np.ndarray:
     return np.column_stack([np.append(0.0, places[:, 7]), np.append(places[:, 0], length)])
 
 
-def head_arcs(knit: Fabric) -> np.ndarray:
+def head_arcs(knit: Fabric) -> Floats:
     """Return the arc lengths (n, 2) between which a knit's last yarn runs along the top of its loops. [m]"""
     return _places_of_loops(knit, len(knit.centrelines) - 1)[:, 3:5]
 
@@ -177,10 +164,10 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     lengths = arc[:, 1] - arc[:, 0]
     first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
 
-    def ends(begins: np.ndarray, finishes: np.ndarray) -> Grip:
-        begins, finishes = np.flatnonzero(begins), np.flatnonzero(finishes)
-        at = np.concatenate([np.zeros(len(begins)), lengths[finishes]])
-        return Grip(np.concatenate([begins, finishes]), np.column_stack([at, at]))
+    def ends(begins: Bools, finishes: Bools) -> Grip:
+        yarns = np.flatnonzero(begins), np.flatnonzero(finishes)
+        at = np.concatenate([np.zeros(len(yarns[0])), lengths[yarns[1]]])
+        return Grip(np.concatenate(yarns), np.column_stack([at, at]))
 
     none = np.zeros(len(yarn), dtype=bool)
     lowest, highest = yarn == 0, yarn == rows
@@ -194,7 +181,7 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
 KNITS = {"knit": plain_knit, "cut_knit": cut_cells, "cell": endless_cell}
 
 
-def middles_of_legs(knit: Fabric) -> np.ndarray:
+def middles_of_legs(knit: Fabric) -> Floats:
     """Return the arc lengths (n, 2) of the middles of both legs of every loop of a knit's first yarn. [m]
 
     A leg runs from the crossings with the row below to the crossings with the row above.
@@ -212,8 +199,6 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     The lower yarn lies along x below the plane z = 0; the upper one is turned from x to y by the angle [degrees] and
     lies above it, so that the gap of their surfaces is the clearance [radii]. The lower one is held and the upper one
     driven, at "ends" or at the "back", the half of the surface that is turned away from the other yarn.
-    Raises GeometryError when the radius is not positive, the clearance negative, the angle not in (0, 90] or the yarns
-    are not longer than two diameters.
 
     Examples
     --------
@@ -221,19 +206,6 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     >>> len(fabric.centrelines), len(fabric.crossings.yarn)
     (2, 1)
     """
-    for name, value, fits, allowed in (
-        ("yarn.diameter", f"{2 * radius} m", radius > 0, "a positive number"),
-        ("pair.clearance", f"{clearance} radii", clearance >= 0, "zero or more"),
-        ("pair.angle", f"{angle} degrees", 0 < angle <= 90, "more than 0 and at most 90"),
-        (
-            "pair.length",
-            f"{length} m",
-            length > 4 * radius,
-            f"more than twice yarn.diameter = {2 * radius} m",
-        ),
-    ):
-        if not fits:
-            raise GeometryError(f"{name} = {value}: allowed is {allowed}")
     turn, half = np.radians(angle), 0.5 * (2 + clearance) * radius
     along = np.array([[1.0, 0.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
     middles = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])

@@ -15,6 +15,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
 from knitstudy.errors import GeometryError
+from knitstudy.mechanics.arrays import Floats, Ints
 
 STENCIL = np.arange(-1, 3)  # control points that a Bezier segment k depends on, relative to k
 # Weight of each stencil point as a polynomial of the segment's t: powers 0 to 3 along the columns.
@@ -62,23 +63,23 @@ class CatmullRom:
         """Number of Bezier segments, and of control points, in one period."""
         return len(self.control_points)
 
-    def value(self, u: np.ndarray) -> np.ndarray:
+    def value(self, u: Floats) -> Floats:
         """Return the points (k, 3) [m] at parameters u (k,)."""
         return self._evaluate(u, 0)
 
-    def d1(self, u: np.ndarray) -> np.ndarray:
+    def d1(self, u: Floats) -> Floats:
         """Return the first derivative (k, 3) [m] with respect to u (k,)."""
         return self._evaluate(u, 1)
 
-    def d2(self, u: np.ndarray) -> np.ndarray:
+    def d2(self, u: Floats) -> Floats:
         """Return the second derivative (k, 3) [m] with respect to u (k,), discontinuous at integers."""
         return self._evaluate(u, 2)
 
-    def _evaluate(self, u: np.ndarray, order: int) -> np.ndarray:
+    def _evaluate(self, u: Floats, order: int) -> Floats:
         index, weights = stencil(u, order)
         return (weights[..., None] * self.points(index)).sum(axis=-2)
 
-    def jet(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def jet(self, u: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the points and the first two derivatives with respect to u (k,), (k, 3) each [m]."""
         segment = np.floor(u)
         t = (u - segment)[:, None]
@@ -91,16 +92,16 @@ class CatmullRom:
             2 * two + 6 * t * three,
         )
 
-    def points(self, index: np.ndarray) -> np.ndarray:
+    def points(self, index: Ints) -> Floats:
         """Return the control points (..., 3) [m] of integer indices (...), beyond one period as well."""
         turns, k = self._numbers(index)
         return self.control_points[k] + turns[..., None] * self.advance
 
-    def _numbers(self, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _numbers(self, index: Ints) -> tuple[Ints, Ints]:
         """Return the number of periods passed (...), and the number of the control point (...)."""
         return np.divmod(index, self.period)
 
-    def operator(self, u: np.ndarray, order: int = 0) -> tuple[np.ndarray, np.ndarray]:
+    def operator(self, u: Floats, order: int = 0) -> tuple[Floats, Floats]:
         """Return a derivative (order 0 to 2) at u (k,) as a linear map of control points: matrix (k, P), offset (k, 3).
 
         ``matrix @ control_points + offset`` is the derivative; the offset stems from the advance.
@@ -111,17 +112,17 @@ class CatmullRom:
         np.add.at(matrix, (np.arange(len(index))[:, None], k), weights)
         return matrix, (weights * turns).sum(axis=1)[:, None] * self.advance
 
-    def segment_lengths(self) -> np.ndarray:
+    def segment_lengths(self) -> Floats:
         """Return the arc lengths (P,) [m] of the Bezier segments of one period."""
         u = np.arange(self.period)[:, None] + GAUSS_POINTS
         return np.linalg.norm(self.d1(u), axis=-1) @ GAUSS_WEIGHTS
 
-    def curvature(self, u: np.ndarray) -> np.ndarray:
+    def curvature(self, u: Floats) -> Floats:
         """Return the curvature |C' x C''| / |C'|^3 (k,) [1/m] at u (k,)."""
         d1 = self.d1(u)
         return np.linalg.norm(np.cross(d1, self.d2(u)), axis=-1) / np.linalg.norm(d1, axis=-1) ** 3
 
-    def square_speed(self) -> np.ndarray:
+    def square_speed(self) -> Floats:
         """Return |C'|^2 (P, 5) [m2] of the Bezier segments of one period, by powers 0 to 4 of t."""
         points = self.points(np.arange(self.period)[:, None] + STENCIL)
         one, two, three = np.arange(1, 4)[:, None, None] * np.moveaxis(BASIS.T[1:] @ points, 1, 0)
@@ -144,7 +145,7 @@ class Rows(CatmullRom):
         The curve that each of the parameters u (k,) belongs to.
     """
 
-    def __init__(self, control_points: ArrayLike, advance: ArrayLike, rows: int, row: np.ndarray) -> None:
+    def __init__(self, control_points: ArrayLike, advance: ArrayLike, rows: int, row: Ints) -> None:
         super().__init__(control_points, advance)
         self._period = len(self.control_points) // rows
         self._first = self._period * np.asarray(row, dtype=int)[:, None]
@@ -154,12 +155,12 @@ class Rows(CatmullRom):
         """Number of control points of one curve in one period."""
         return self._period
 
-    def _numbers(self, index: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _numbers(self, index: Ints) -> tuple[Ints, Ints]:
         turns, k = np.divmod(index, self._period)
         return turns, k + self._first
 
 
-def stencil(u: ArrayLike, order: int) -> tuple[np.ndarray, np.ndarray]:
+def stencil(u: ArrayLike, order: int) -> tuple[Ints, Floats]:
     """Return indices and weights (..., 4) of the control points behind a derivative (order 0 to 2) at u (...).
 
     Examples
@@ -201,7 +202,7 @@ class Centreline:
 
     def __init__(self, curve: CatmullRom, loops: int, like: Centreline | None = None) -> None:
         self.curve, self.loops = curve, loops
-        self._lengths = _Lengths(curve, loops) if like is None else like._lengths
+        self._lengths: _Lengths = _Lengths(curve, loops) if like is None else like._lengths
         self.start, self.length = 0.0, float(self._lengths.knots[-1])
 
     def part(self, start: float, end: float) -> Centreline:
@@ -216,24 +217,24 @@ class Centreline:
         low, high = self.parameter(np.array([0.0, self.length]))
         return float(low), float(high)
 
-    def position(self, s: np.ndarray) -> np.ndarray:
+    def position(self, s: Floats) -> Floats:
         """Return the points (k, 3) [m] at arc lengths s (k,) [m]."""
         return self.curve.value(self.parameter(s))
 
-    def tangent(self, s: np.ndarray) -> np.ndarray:
+    def tangent(self, s: Floats) -> Floats:
         """Return the unit tangents (k, 3) at arc lengths s (k,) [m]."""
         d1 = self.curve.d1(self.parameter(s))
         return d1 / np.linalg.norm(d1, axis=-1, keepdims=True)
 
-    def curvature(self, s: np.ndarray) -> np.ndarray:
+    def curvature(self, s: Floats) -> Floats:
         """Return the curvature (k,) [1/m] at arc lengths s (k,) [m]."""
         return self.curve.curvature(self.parameter(s))
 
-    def arc_length(self, u: ArrayLike) -> np.ndarray:
+    def arc_length(self, u: ArrayLike) -> Floats:
         """Return the arc lengths (k,) [m] from the left end to parameters u (k,) of the curve."""
         return self._lengths.to(np.asarray(u, dtype=float)) - self.start
 
-    def parameter(self, s: ArrayLike) -> np.ndarray:
+    def parameter(self, s: ArrayLike) -> Floats:
         """Return the parameters (k,) of the curve at arc lengths s (k,) [m].
 
         Raises GeometryError when an arc length lies outside the yarn.
@@ -249,11 +250,11 @@ class _Lengths:
         self.knots = np.concatenate([[0.0], np.cumsum(np.tile(curve.segment_lengths(), loops))])
         self._last = (np.empty(0), np.empty(0))
 
-    def to(self, u: np.ndarray) -> np.ndarray:
+    def to(self, u: Floats) -> Floats:
         segment = np.clip(np.floor(u), 0, len(self.knots) - 2).astype(int)
         return self.knots[segment] + self._partial(self._speed[segment % len(self._speed)], u - segment)
 
-    def parameter(self, s: ArrayLike) -> np.ndarray:
+    def parameter(self, s: Floats) -> Floats:
         """Newton's method on the length of the part of a segment, in a bracket that is halved where Newton leaves it.
 
         Places, tangents and the images of a yarn ask for the same arc lengths one after the other: the last are kept.
@@ -280,7 +281,7 @@ class _Lengths:
         return segment + t
 
     @staticmethod
-    def _partial(speed: np.ndarray, t: np.ndarray) -> np.ndarray:
+    def _partial(speed: Floats, t: Floats) -> Floats:
         """Return the arc lengths (k,) [m] of segments (k, 5) from their start to t (k,)."""
         square = polyval(t[..., None] * GAUSS_POINTS, np.moveaxis(speed[..., None, :], -1, 0), tensor=False)
         return t * (np.sqrt(square) @ GAUSS_WEIGHTS)

@@ -4,14 +4,14 @@ A stitch has feet in its own row, and a head in the row of the stitch that is dr
 over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its head lies behind and below that of the
 loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. The head
 of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others.
-`drawn_loop` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
+`LoopTarget` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
 2012, ACM Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest
 of beams (`knit.models.beam.cell.relax`) finds the shape.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -19,11 +19,12 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.drawn_loop import LoopTarget
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
+from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import rows_of_repeat
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row
+from knitstudy.mechanics.arrays import Bools, Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
@@ -64,9 +65,9 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     count, columns = len(rows), len(letters[0])
     every: list[list[Stitch]] = []
     # By row and column of the stitch that is drawn through them
-    stacks: dict[tuple[int, int], list[tuple]] = {}
+    stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
     for row, column in product(range(count), range(columns)):
-        letter, *marks = letters[row][column]
+        letter, marks = letters[row][column][0], letters[row][column][1:]
         way, front = MARKS[marks[0]] if marks else (0, False)
         needle = (column + way * len(marks)) % columns
         kind = STITCHES.find(letter)
@@ -95,13 +96,13 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
 class Drawing:
     """The plain loop that stitches are drawn from, and its distances from others. [m]"""
 
-    plain: np.ndarray  # (4 q, 3), control points from sinker to sinker
+    plain: Floats  # (4 q, 3), control points from sinker to sinker
     wale: float
     rise: float  # from a row to the next
     diameter: float  # of the yarn, times the depth of the drawing
     behind: float  # of a head in a stack, from the head before it
 
-    def row(self, row: Sequence[Stitch]) -> np.ndarray:
+    def row(self, row: Sequence[Stitch]) -> Floats:
         """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
         parts, before = [], row[-1]
         for column, stitch in enumerate(row):
@@ -114,11 +115,11 @@ class Drawing:
             before = stitch
         return np.concatenate(parts)
 
-    def _is_head(self, points: np.ndarray) -> np.ndarray:
+    def _is_head(self, points: Floats) -> Bools:
         """Whether points (n, 3) lie above the middles of the legs."""
         return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 
-    def _lean(self, points: np.ndarray, stitch: Stitch) -> np.ndarray:
+    def _lean(self, points: Floats, stitch: Stitch) -> Floats:
         """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
         # Sinkers of the next row; legs lean from the heads below up to these
         low = self.plain[0, 1] + self.rise
@@ -127,7 +128,7 @@ class Drawing:
         return np.column_stack([share * stitch.moved * self.wale, 0 * share, out])
 
 
-def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
+def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> Floats:
     """Return the points (n, 3) of a loop or a tuck that is drawn to the front."""
     plain = drawing.plain
     quarter = len(plain) // 4
@@ -149,12 +150,12 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> np.ndarray:
     return np.concatenate([foot, leg + steps * up, head + up, other_leg + steps[::-1] * up, other_foot])
 
 
-def straight(drawing: Drawing, stitch: Stitch) -> np.ndarray:
+def straight(drawing: Drawing, stitch: Stitch) -> Floats:
     """Return the points (4, 3) of a float: straight on from sinker to sinker, behind the loop that is held."""
     return drawing.plain[0] + np.linspace(0, drawing.wale, 4, endpoint=False)[:, None] * [1, 0, 0]
 
 
-DRAWN = {"T": partial(loop, tuck=True), "-": straight}
+DRAWN: dict[str, Callable[[Drawing, Stitch], Floats]] = {"T": partial(loop, tuck=True), "-": straight}
 
 
 def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:

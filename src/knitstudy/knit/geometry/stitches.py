@@ -14,12 +14,13 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.scene.stitches import is_plain, wrong_stitches
+from knitstudy.mechanics.arrays import Floats, Ints
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)
 
 
-def sides(stitches: Sequence[str]) -> np.ndarray:
+def sides(stitches: Sequence[str]) -> Ints:
     """Return 1 for every knit and -1 for every purl stitch: (r, k). Raises GeometryError for other letters.
 
     Examples
@@ -35,7 +36,7 @@ def sides(stitches: Sequence[str]) -> np.ndarray:
     return np.array([[1 if letter == KNIT else -1 for letter in letters] for letters in stitches])
 
 
-def letters(side: np.ndarray) -> tuple[str, ...]:
+def letters(side: Ints) -> tuple[str, ...]:
     """Return the rows of letters of sides (r, k).
 
     Examples
@@ -75,7 +76,7 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
     return min(images, key=lambda image: image[0])
 
 
-def drawn_from_plain(plain: np.ndarray, wale: float, course: float, stitches: Sequence[str]) -> np.ndarray:
+def drawn_from_plain(plain: Floats, wale: float, course: float, stitches: Sequence[str]) -> Floats:
     """Return the control points (r k P, 3) of stitches from the points of a plain loop (P, 3), row after row.
 
     The lower half of a loop lies on the side of its own stitch, the upper half on that of the stitch above, which
@@ -95,7 +96,7 @@ def drawn_from_plain(plain: np.ndarray, wale: float, course: float, stitches: Se
     return (plain * np.stack([np.ones_like(side)] * 2 + [side], axis=-1) + moved).reshape(-1, 3)
 
 
-def images_of_standard(points: np.ndarray, wale: float, course: float, stitches: Sequence[str]) -> np.ndarray:
+def images_of_standard(points: Floats, wale: float, course: float, stitches: Sequence[str]) -> Floats:
     """Return the control points (r k P, 3) of stitches from the points of the repeat that stands for them."""
     first, up, along, front = standard(stitches)
     shape = (len(first), len(first[0]))

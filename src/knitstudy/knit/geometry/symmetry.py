@@ -16,6 +16,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.stitches import PLAIN
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
@@ -25,23 +26,23 @@ SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one
 class Symmetry:
     """A motion of space that maps a knit onto itself, as a map of rows and parameters."""
 
-    sign: np.ndarray  # (3,) of the components: 1 or -1
+    sign: Ints  # (3,) of the components: 1 or -1
     by: int  # parameter u of a row goes to sign[0] u + by,
     up: int  # row i to sign[1] i + up
     rows: int
     period: int  # control points of a row in one period
 
-    def action(self, count: int) -> np.ndarray:
+    def action(self, count: int) -> Floats:
         """Return the matrix (3 P, 3 P) that maps displacements of control points."""
         row, u = np.divmod(np.arange(count), self.period)
         image = self.row(row) % self.rows * self.period + (self.sign[0] * u + self.by) % self.period
-        return np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float)))
+        return np.asarray(np.kron(np.eye(count)[:, image], np.diag(self.sign.astype(float))), dtype=float)
 
-    def row(self, row: np.ndarray) -> np.ndarray:
+    def row(self, row: Ints) -> Ints:
         """Return the images of rows."""
         return self.sign[1] * row + self.up
 
-    def pairs(self, row: np.ndarray, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def pairs(self, row: Ints, u: Floats) -> tuple[Ints, Floats]:
         """Return the images of pairs of places, rows (n, 2) and parameters (n, 2), alike for a pair and its shifts.
 
         The first place lies in the first repeat, on the lower row, or to the left if both lie on one row.
@@ -56,15 +57,8 @@ class Symmetry:
 def symmetries(loop: Loop) -> list[Symmetry]:
     """Return all symmetries of the loops of a repeat, the identity among them.
 
-    Parameters
-    ----------
-    loop : Loop
-        The first control point of every loop is a sinker's centre.
-
-    Raises
-    ------
-    GeometryError
-        When the loop of a plain knit is not its own mirror image.
+    The first control point of every loop is a sinker's centre.
+    Raises GeometryError when the loop of a plain knit is not its own mirror image.
     """
     points, wale = loop.control_points, loop.wale_spacing
     count = len(points) // (loop.rows * loop.columns)
@@ -93,7 +87,7 @@ def symmetries(loop: Loop) -> list[Symmetry]:
     return group
 
 
-def first_of_orbits(group: Sequence[Symmetry], row: np.ndarray, u: np.ndarray) -> np.ndarray:
+def first_of_orbits(group: Sequence[Symmetry], row: Ints, u: Floats) -> Bools:
     """Return which pairs of places, rows (n, 2) and parameters (n, 2), are no image of an earlier pair: (n,)."""
     here = group[0].pairs(row, u)
     same = np.zeros((len(u), len(u)), dtype=bool)
@@ -101,28 +95,17 @@ def first_of_orbits(group: Sequence[Symmetry], row: np.ndarray, u: np.ndarray) -
         rows, places = symmetry.pairs(row, u)
         alike = (rows[:, None] == here[0]).all(axis=-1)
         same |= alike & (np.abs(places[:, None] - here[1]).max(axis=-1) < SAME_PLACE)
-    return ~np.tril(same | same.T, -1).any(axis=1)
+    return np.asarray(~np.tril(same | same.T, -1).any(axis=1))
 
 
-def symmetric_motions(free: np.ndarray, group: Sequence[Symmetry]) -> np.ndarray:
-    """Return a basis (P, 3, n) of the displacements of free components that keep the symmetries.
+def symmetric_motions(free: Bools, group: Sequence[Symmetry]) -> Floats:
+    """Return a basis (P, 3, n) of the displacements of free components (P, 3) that keep all symmetries.
 
     The parameter of a displacement field is the displacement of one component of one point.
-
-    Parameters
-    ----------
-    free : ndarray of bool (P, 3)
-        Which components of which control points may move.
-    group : sequence of Symmetry
-        All of them.
-
-    Raises
-    ------
-    GeometryError
-        When nothing may move, or a component is free and its image is not.
+    Raises GeometryError when nothing may move, or a component is free and its image is not.
     """
     count = len(free)
-    average = sum(symmetry.action(count) for symmetry in group) / len(group)
+    average = np.add.reduce([symmetry.action(count) for symmetry in group]) / len(group)
     moved = (np.abs(average) > 0).any(axis=1)
     reach = average[~free.ravel()][:, free.ravel()]
     if np.abs(reach).any():

@@ -5,13 +5,17 @@ Every message names the increment, the fault and its size, and the key that rais
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, MeshError
-from knitstudy.knit.loading.history import FORMS, Motion, Recorder
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.loading.history import FORMS, Recorder
+from knitstudy.knit.scene.keys import Section
+from knitstudy.knit.scene.sections import Yarn
+from knitstudy.knit.scene.shared_sections import SolidGates
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 
@@ -29,18 +33,22 @@ UNLOADED = 1e-12
 OWN_SHARE, EARLY_SHARE = 0.5, 0.2
 
 # Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented
-ELEMENTS_ACROSS: Mapping[str, float] = {"knit": 3.0, "pair": 7.0}
+ELEMENTS_ACROSS = {"knit": 3.0, "pair": 7.0}
 
 
 def require_sound(
-    scene: Scene,
-    loaded: Callable[[Response], bool] | None,  # of solids: whether forces are more than rounding
     increment: Increment,
     recorder: Recorder,  # with the increment as its last one
+    gates: Any,
+    yarn: Yarn,
+    stiffness: str = "beam.stiffness",  # keys of the stiffness of contact
+    hourglass: float = 0.0,  # of solids: coefficients of hourglass stiffness and of viscosity
+    stabilisation: float = 0.0,
+    loaded: Callable[[Response], bool] | None = None,  # of solids: whether forces are more than rounding
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
 ) -> None:
-    """Refuse an increment that has converged to something else than the scene asks for.
+    """Refuse an increment that has converged to something else than a scene asks for, by sections of the scene.
 
     Until solids are loaded only the ledger and the work of viscous flows are judged.
     Raises ConvergenceError as the functions below.
@@ -48,32 +56,30 @@ def require_sound(
     if loaded is not None and increment.load >= FIRST:
         resists = loaded(increment.response)
         if increment.response.energy.get("hourglass") and (resists or stores_work(recorder)):
-            require_small_hourglass(scene, increment)
+            require_small_hourglass(increment, gates.hourglass, hourglass)
         if resists:
-            require_small_viscosity(scene, increment, recorder.columns["reaction"][-1])
-    require_hard_contact(scene, increment, recorder)
+            require_small_viscosity(increment, gates, stabilisation, recorder.columns["reaction"][-1])
+    require_hard_contact(increment, recorder, gates.penalty, stiffness)
     if increment.damped and increment.load >= FIRST:
-        require_share(
-            scene,
-            "flow",
-            increment.damped,
-            internal(increment.response),
-            f"increment {increment.index}: viscous flows, which continued where Newton's method made no progress, have "
-            "dissipated {} the internal energy",
-            "Use more solver.increments",
-        )
-    unloaded = UNLOADED * scene.yarn.youngs_modulus * scene.yarn.diameter**3
-    require_closed_ledger(recorder, increment.index, scene.gates.ledger, unloaded)
+        shares = increment.damped, internal(increment.response)
+        fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
+        require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
+    unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
+    require_closed_ledger(recorder, increment.index, gates.ledger, unloaded)
 
 
-def require_share(scene: Scene, key: str, part: float, whole: float, message: str, remedy: str) -> None:
-    """Refuse a part that is a larger share of a whole than a gate allows; the message has a place for the share."""
-    allowed = getattr(scene.gates, key)
-    if part > allowed * whole:
-        raise ConvergenceError(
-            f"{message.format(times(part, whole))}; gates.{key} allows {allowed:.1%}. {remedy}; gates.{key} raises the "
-            "limit"
-        )
+def refusal(fact: str, gate: str, allowed: str, remedy: str) -> str:
+    """Return the message of a gate: the fault and its size, the limit, the remedy, and the key of the limit."""
+    return f"{fact}; gates.{gate} allows {allowed}. {remedy}; gates.{gate} raises the limit"
+
+
+def require_share(
+    increment: Increment, gate: str, limit: float, part: float, whole: float, fact: str, remedy: str
+) -> None:
+    """Refuse a part that is a larger share of a whole than the limit of a gate; the fact has a place for the share."""
+    if part > limit * whole:
+        fact = f"increment {increment.index}: {fact.format(times(part, whole))}"
+        raise ConvergenceError(refusal(fact, gate, f"{limit:.1%}", remedy))
 
 
 def stores_work(recorder: Recorder) -> bool:
@@ -82,17 +88,17 @@ def stores_work(recorder: Recorder) -> bool:
     However small the forces are, they are not rounding then.
     """
     work, *others = recorder.columns["energy"][-1]
-    return 0.5 * work < sum(others) < 2 * work
+    return bool(0.5 * work < sum(others) < 2 * work)
 
 
-def require_hard_contact(scene: Scene, increment: Increment, recorder: Recorder) -> None:
+def require_hard_contact(increment: Increment, recorder: Recorder, limit: float, stiffness: str) -> None:
     """Refuse a state in which penetration and elastic slip take up the motion that yarns are to resist.
 
     With prescribed displacements the energy E falls as a compliance c is added, and its slope at c is the energy P
     stored in it, over c. As E is convex in c, all of c takes P / E from the force at least, and at most twice as much
     where c is below that of the yarns (`require_stiff_contact`). Ends of the path's legs count, as contact begins
     softly, and the work of the leg, as friction resists each.
-    Raises ConvergenceError if the share exceeds ``gates.penalty``.
+    Raises ConvergenceError if the share exceeds a limit, and names the keys of the stiffness of contact.
     """
     stored, columns = increment.response.energy.get("numerical", 0.0), recorder.columns
     corners = np.array([0.0, *recorder.motion.corners])
@@ -104,59 +110,45 @@ def require_hard_contact(scene: Scene, increment: Increment, recorder: Recorder)
     energy = np.array(columns["energy"])
     before = energy[first, FORMS.index("penalty")] if leg > 1 else 0.0
     work = float(np.abs(np.diff(energy[first:, 0])).sum())
-    keys = (
-        "beam.stiffness" if scene.fidelity == "beam" else "contact.normal_stiffness and tangential_stiffness"
-    )
-    require_share(
-        scene,
-        "penalty",
-        stored - before,
-        work,
-        f"increment {increment.index}: penetration and elastic slip of contact have taken {{}} the work, and at least "
-        "as much of the force",
-        f"Use a larger {keys}",
-    )
+    fact = "penetration and elastic slip of contact have taken {} the work, and at least as much of the force"
+    require_share(increment, "penalty", limit, stored - before, work, fact, f"Use a larger {stiffness}")
 
 
-def require_fine_beams(scene: Scene, stiffer: float) -> None:
+def require_fine_beams(limit: float | None, size: float, stiffer: float) -> None:
     """Refuse beams that are too long for the bends of the yarns: MeshError beyond the share ``gates.polygon``.
 
-    `stiffer` is by how much they are estimated to be too stiff.
+    Beams of a size [yarn radii] are estimated to be stiffer by a share; networks without the gate have no limit.
     """
-    allowed = scene.value("gates.polygon")
-    if allowed is not None and stiffer > allowed:
-        size = scene.mesh.beam_size
-        fits = size * (allowed / stiffer) ** 0.5
-        raise MeshError(
-            f"mesh.beam_size is {size:g} yarn radii: straight beams in bent yarns are {stiffer:.1%} too stiff; "
-            f"gates.polygon allows {allowed:.1%}: use {fits:.2g} or less; gates.polygon raises the limit"
+    if limit is not None and stiffer > limit:
+        fact = (
+            f"mesh.beam_size is {size:g} yarn radii: straight beams in bent yarns are {stiffer:.1%} too stiff"
         )
+        fits = size * (limit / stiffer) ** 0.5
+        raise MeshError(refusal(fact, "polygon", f"{limit:.1%}", f"Use {fits:.2g} or less"))
 
 
-def require_stiff_contact(scene: Scene, key: str, patch: float) -> None:
+def require_stiff_contact(key: str, stiffness: float | None, poisson: float, patch: float) -> None:
     """Refuse a penalty that is softer than the yarns: MeshError that names the least value of its key.
 
     Two half spaces give way along a round patch of radius a by (2 - nu) / (4 G a) (Mindlin 1949), a penalty k E / h by
     h / (k E pi a^2), and k E sqrt(R) delta^1.5 of beams, of which delta = a^2 / R, by 1 / (1.5 k E a): `patch` is
     pi a / h or 1.5.
     """
-    poisson = scene.yarn.poisson_ratio
     least = 2 / ((2 - poisson) * (1 + poisson) * patch)
-    if (value := scene.value(key)) is not None and value < least:
-        raise MeshError(
-            f"{key} is {value:g}: contact would be softer than yarns are there; use {least:.2g} or more"
-        )
+    if stiffness is not None and stiffness < least:
+        fact = f"{key} is {stiffness:g}: contact would be softer than yarns are there"
+        raise MeshError(f"{fact}; use {least:.2g} or more")
 
 
-def require_seen_contact(scene: Scene, size: float) -> None:
-    """Refuse points of contact between which yarns penetrate each other unseen.
+def require_seen_contact(points: int, penetration: float, size: float, radius: float) -> None:
+    """Refuse points of contact between which yarns of a radius [m] penetrate each other unseen.
 
     On facets of a size [m] the yarns meet over the middle of one; the next point lies d to either side of it, where the
-    gap of crossed cylinders is d^2 / R wider. Raises MeshError if this exceeds ``contact.penetration``.
+    gap of crossed cylinders is d^2 / R wider. Raises MeshError if this exceeds the allowed penetration [size].
     """
-    points, allowed = scene.contact.points, scene.contact.penetration * size
+    allowed = penetration * size
     off = np.abs(np.polynomial.legendre.leggauss(points)[0]).min() * size / 2
-    if (unseen := off**2 / scene.yarn.radius) > allowed:
+    if (unseen := off**2 / radius) > allowed:
         raise MeshError(
             f"contact.points is {points}: yarns penetrate each other by {unseen / size:.2%} of a facet before a point "
             f"touches, and contact.penetration allows {allowed / size:.2%}: use an odd number, which has a point there"
@@ -167,9 +159,8 @@ def require_seen_contact(scene: Scene, size: float) -> None:
 MISSED = 0.05
 
 
-def require_integrated_contact(scene: Scene) -> None:
+def require_integrated_contact(points: int) -> None:
     """Refuse points of contact that are too few for the pressure of solid yarns; MeshError beyond `MISSED`."""
-    points = scene.contact.points
     place, weight = np.polynomial.legendre.leggauss(points)
     missed = abs(weight @ np.cos(np.pi * place)) / 2
     if missed > MISSED:
@@ -179,50 +170,44 @@ def require_integrated_contact(scene: Scene) -> None:
         )
 
 
-def loosened(scene: Scene) -> str:
+def loosened(gates: Section, fewest: float | None = None) -> str:
     """Return in words the gates that a scene opens wider than they are by default, "" if there are none.
+
+    `fewest` is the default of ``gates.elements_across``.
 
     Examples
     --------
     >>> from knitstudy import load_scene
-    >>> loosened(load_scene("yarns-tie-course").vary({"gates.ledger": 0.2}))
+    >>> loosened(load_scene("yarns-tie-course").vary({"gates.ledger": 0.2}).gates)
     'gates.ledger 0.2 instead of 0.05'
     """
-    limits = []
-    for name, field in type(scene.gates).model_fields.items():
-        value, usual = getattr(scene.gates, name), field.default
-        if name == "elements_across":  # the fewest
-            usual = fewest_across(scene)
-            value, wider = value or usual, (value or usual) < usual
-        else:
-            wider = value > usual
-        if wider:
-            limits.append(f"gates.{name} {value:g} instead of {usual:g}")
-    return ", ".join(limits)
+    limits = {name: (getattr(gates, name), field.default) for name, field in type(gates).model_fields.items()}
+    asked, _ = limits.pop("elements_across", (None, None))
+    wider = {name: limit for name, limit in limits.items() if limit[0] > limit[1]}
+    if asked and fewest and asked < fewest:
+        wider["elements_across"] = asked, fewest
+    return ", ".join(f"gates.{name} {value:g} instead of {usual:g}" for name, (value, usual) in wider.items())
 
 
-def require_small_hourglass(scene: Scene, increment: Increment) -> None:
+def require_small_hourglass(increment: Increment, limit: float, coefficient: float) -> None:
     """Refuse a state in which hourglass modes carry load: they are resisted by a coefficient, not by the material.
 
     Their energy is proportional to the coefficient and vanishes with it, however far the modes have moved. Below the
     usual coefficient the energy is therefore taken at the usual one.
-    Raises ConvergenceError if their share of the internal energy exceeds ``gates.hourglass``.
+    Raises ConvergenceError if their share of the internal energy exceeds the limit.
     """
-    energy, coefficient = increment.response.energy, scene.solver.hourglass
+    energy = increment.response.energy
     at = f", taken at the usual {USUAL_HOURGLASS}," if coefficient < USUAL_HOURGLASS else ""
     usual = "" if coefficient == USUAL_HOURGLASS else f"solver.hourglass {USUAL_HOURGLASS}, "
-    require_share(
-        scene,
-        "hourglass",
-        energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient),
-        energy["internal"],
-        f"increment {increment.index}: hourglass energy{at} is {{}} the internal energy with "
-        f"solver.hourglass = {coefficient:g}",
-        f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'",
-    )
+    part = energy["hourglass"] * max(1.0, USUAL_HOURGLASS / coefficient)
+    fact = f"hourglass energy{at} is {{}} the internal energy with solver.hourglass = {coefficient:g}"
+    remedy = f"Use {usual}a smaller mesh.size, or mesh.element 'quadratic'"
+    require_share(increment, "hourglass", limit, part, energy["internal"], fact, remedy)
 
 
-def require_small_viscosity(scene: Scene, increment: Increment, reaction: np.ndarray) -> None:
+def require_small_viscosity(
+    increment: Increment, gates: SolidGates, stabilisation: float, reaction: Floats
+) -> None:
     """Refuse a state in which viscous forces carry load: those of stabilisation, or the drag of yarns that are loose.
 
     Raises ConvergenceError if their dissipation exceeds the share ``gates.stabilisation`` of the internal
@@ -230,20 +215,15 @@ def require_small_viscosity(scene: Scene, increment: Increment, reaction: np.nda
     """
     energy, pull = increment.response.energy, float(np.linalg.norm(reaction))
     what, remedy = "the drag on yarns that nothing but contact holds", "Tie or grip these yarns"
-    if viscosity := scene.value("solver.stabilisation"):
-        what = f"the viscous force of solver.stabilisation = {viscosity:g}"
+    if stabilisation:
+        what = f"the viscous force of solver.stabilisation = {stabilisation:g}"
         remedy = "Use a smaller solver.stabilisation, or none"
-    shares = {
-        "stabilisation": (
-            # without flows, which have a gate of their own
-            energy.get("stabilisation", 0.0) - increment.damped,
-            energy["internal"],
-            "has dissipated {} the internal energy",
-        ),
-        "viscous_force": (increment.response.viscous_force, pull, f"is {{}} the reaction, {pull:.3g} N"),
-    }
-    for key, (part, whole, values) in shares.items():
-        require_share(scene, key, part, whole, f"increment {increment.index}: {what} {values}", remedy)
+    # without flows, which have a gate of their own
+    lost = energy.get("stabilisation", 0.0) - increment.damped
+    fact = what + " has dissipated {} the internal energy"
+    require_share(increment, "stabilisation", gates.stabilisation, lost, energy["internal"], fact, remedy)
+    force, fact = increment.response.viscous_force, f"{what} is {{}} the reaction, {pull:.3g} N"
+    require_share(increment, "viscous_force", gates.viscous_force, force, pull, fact, remedy)
 
 
 def require_closed_ledger(
@@ -270,22 +250,16 @@ def require_closed_ledger(
     added, done = abs(missing[1] - missing[0]), abs(energy[1, 0] - energy[0, 0])
     remedy = (
         "Sums over increments are too coarse for how the force changes: use more solver.increments, then a smaller "
-        "solver.stabilisation; gates.ledger raises the limit"
+        "solver.stabilisation"
     )
-    ledger = f"increment {index}: the ledger of energies"
+    ledger, share = f"increment {index}: the ledger of energies", f"{limit:.1%}"
     if added > max(limit * max(OWN_SHARE * done, EARLY_SHARE * work), unloaded):
-        raise CoarseIncrement(
-            f"{ledger} opens further by {added:.3g} J, {times(added, done)} the work that is done in it; gates.ledger "
-            f"allows {limit:.1%}, and one increment half of that. {remedy}",
-            added,
-            "J",
-            bearable=gap <= allowed,
-        )
+        opens = f"{ledger} opens further by {added:.3g} J, {times(added, done)} the work that is done in it"
+        message = refusal(opens, "ledger", f"{share}, and one increment half of that", remedy)
+        raise CoarseIncrement(message, added, "J", bearable=gap <= allowed)
     if gap > allowed:
-        raise ConvergenceError(
-            f"{ledger} is open by {gap:.3g} J, {times(gap, work)} the external work; gates.ledger allows {limit:.1%}. "
-            f"{remedy}"
-        )
+        fact = f"{ledger} is open by {gap:.3g} J, {times(gap, work)} the external work"
+        raise ConvergenceError(refusal(fact, "ledger", share, remedy))
 
 
 def require_lasting_friction(recorder: Recorder, index: int) -> None:
@@ -303,17 +277,15 @@ def require_lasting_friction(recorder: Recorder, index: int) -> None:
         )
 
 
-def require_apart(scene: Scene, recorder: Recorder, index: int) -> None:
+def require_apart(recorder: Recorder, index: int, limit: float) -> None:
     """Refuse an accepted increment, the last one of a recorder, in which yarns pass through each other.
 
-    Raises ConvergenceError if two places of yarn overlap by more than ``gates.overlap`` radii.
+    Raises ConvergenceError if two places of yarn overlap by more than the limit [radii].
     """
-    allowed = scene.value("gates.overlap")
-    if allowed is not None and (overlap := recorder.columns["largest_overlap"][-1]) > allowed:
-        raise ConvergenceError(
-            f"increment {index}: yarns pass {overlap:.2f} radii through each other; gates.overlap allows {allowed:g}. "
-            "Use a smaller load, or an interaction and a model in which they touch; gates.overlap raises the limit"
-        )
+    if (overlap := recorder.columns["largest_overlap"][-1]) > limit:
+        fact = f"increment {index}: yarns pass {overlap:.2f} radii through each other"
+        remedy = "Use a smaller load, or an interaction and a model in which they touch"
+        raise ConvergenceError(refusal(fact, "overlap", f"{limit:g}", remedy))
 
 
 def expected_work(recorder: Recorder) -> float:
@@ -321,22 +293,15 @@ def expected_work(recorder: Recorder) -> float:
 
     The force is taken to go on growing as in the last increment, and not to fall.
     """
-    columns, motion = recorder.columns, recorder.motion
+    columns, way = recorder.columns, recorder.motion.way
     done = max(abs(energy[0]) for energy in columns["energy"])
-    left = _path_length(motion, columns["load"][-1], 1.0)
+    left = way(columns["load"][-1], 1.0)
     if len(columns["load"]) < 2 or left == 0.0:
-        return done
+        return float(done)
     force, before = (float(np.linalg.norm(columns["reaction"][i])) for i in (-1, -2))
-    moved = _path_length(motion, columns["load"][-2], columns["load"][-1])
+    moved = way(columns["load"][-2], columns["load"][-1])
     slope = max(force - before, 0.0) / moved if moved > 0 else 0.0
-    return done + left * (force + 0.5 * slope * left)
-
-
-def _path_length(motion: Motion, start: float, end: float) -> float:
-    """Return the length of the driven side's path between two load factors [m]."""
-    loads = [start, *(corner for corner in motion.corners if start < corner < end), end]
-    places = np.array([motion.at(load) for load in loads])
-    return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
+    return float(done + left * (force + 0.5 * slope * left))
 
 
 # Limits up to which the law of contact of beams is verified (tests/verification/test_line_contact.py):
@@ -346,20 +311,20 @@ BENT, SINE, SPREAD = 0.45, 0.25, 0.3
 
 
 def require_verified_law(
-    scene: Scene,
     increment: Increment,
-    stored: np.ndarray,  # (k,) energies of contact [J]
+    limit: float,
+    stored: Floats,  # (k,) energies of contact [J]
     internal: float,  # energy of the yarns [J]
-    depth: np.ndarray,  # (k,) overlap over R
-    shape: np.ndarray,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
-    factor: np.ndarray,  # (k,) by which they multiply the force
+    depth: Floats,  # (k,) overlap over R
+    shape: Floats,  # (k, 3) curvatures towards each other over 1/R, and the cosine of the angle
+    factor: Floats,  # (k,) by which they multiply the force
     most: float,  # largest factor
     where: Callable[[int], str],  # says which pair of yarns one is
 ) -> None:
     """Refuse a state in which contact stores much where its law is not verified.
 
     As with a penalty, the force of the yarns is wrong by about the share of such energy, times the error of the law.
-    Raises ConvergenceError if it exceeds the share ``gates.point`` of the internal energy.
+    Raises ConvergenceError if it exceeds the share `limit` of the internal energy.
     """
     sine = np.sqrt(np.maximum(1 - shape[:, 2] ** 2, 0.0))
     known = (shape[:, :2].max(axis=1) <= BENT) & (sine >= SINE) & (factor <= most)
@@ -368,41 +333,32 @@ def require_verified_law(
     if increment.load < FIRST or not beyond.any():
         return
     k = int(np.argmax(beyond))
-    require_share(
-        scene,
-        "point",
-        beyond.sum(),
-        internal,
-        f"increment {increment.index}: contact beyond the verified range of its law (docs/reference/gates.md) stores "
-        f"{{}} the internal energy, most between {where(k)}, at {np.degrees(np.arcsin(sine[k])):.0f} degrees and "
-        f"{depth[k]:.2f} radii deep",
-        "Use a smaller load.strain, or solid yarns",
+    fact = (
+        "contact beyond the verified range of its law (docs/reference/gates.md) stores {} the internal energy, "
+        f"most between {where(k)}, at {np.degrees(np.arcsin(sine[k])):.0f} degrees and {depth[k]:.2f} radii deep"
     )
+    remedy = "Use a smaller load.strain, or solid yarns"
+    require_share(increment, "point", limit, beyond.sum(), internal, fact, remedy)
 
 
-def fewest_across(scene: Scene) -> float:
-    """Return how many hexahedra a yarn needs across by default.
+def fewest_across(specimen: str, refinement: float) -> float:
+    """Return how many hexahedra a yarn of a specimen needs across by default.
+
+    A pair needs fewer elements of ``mesh.size`` where ``mesh.refinement`` makes them smaller at the crossing.
 
     Examples
     --------
-    >>> from knitstudy import load_scene
-    >>> fewest_across(load_scene("dns-tie-course"))
-    3.0
+    >>> fewest_across("knit", refinement=1.0), fewest_across("pair", refinement=2.0)
+    (3.0, 3.5)
     """
-    return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(scene.specimen, 0.0) / scene.mesh.refinement)
+    return max(ELEMENTS_ACROSS["knit"], ELEMENTS_ACROSS.get(specimen, 0.0) / refinement)
 
 
-def require_elements_across(scene: Scene) -> None:
-    """Refuse hexahedra that are too large for the yarn.
-
-    The limit is ``gates.elements_across``, by default that of the specimen; a pair needs fewer elements of
-    ``mesh.size`` where ``mesh.refinement`` makes them smaller at the crossing.
-    Raises MeshError if there are fewer across the yarn.
-    """
-    fewest, across = scene.gates.elements_across or fewest_across(scene), 2 / scene.mesh.size
-    if across < fewest * (1 - ROUNDING):
+def require_elements_across(size: float, fewest: float) -> None:
+    """Refuse hexahedra of a size [yarn radii] that are too large for the yarn: MeshError if fewer lie across it."""
+    if 2 / size < fewest * (1 - ROUNDING):
         raise MeshError(
-            f"mesh.size is {scene.mesh.size:g} yarn radii, {across:.3g} elements across a yarn; gates.elements_across "
+            f"mesh.size is {size:g} yarn radii, {2 / size:.3g} elements across a yarn; gates.elements_across "
             f"asks for {fewest:g}: use {np.floor(2000 / fewest) / 1000:g} or less, or ask for fewer"
         )
 

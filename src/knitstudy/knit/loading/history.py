@@ -8,7 +8,6 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +15,12 @@ import numpy as np
 import psutil
 import xarray as xr
 
+from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.columns import HISTORY
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import CellStrain, Tension
+from knitstudy.knit.scene.sections import DrawnCellStrain
 from knitstudy.knit.scene.sections import Path as PairPath
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
 
@@ -31,15 +31,35 @@ DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
 class Motion:
     """Straight legs from rest through a number of corners."""
 
-    displacement: np.ndarray  # (m, 3) of the driven grips at the corners [m]
+    displacement: Floats  # (m, 3) of the driven grips at the corners [m]
     corners: tuple[float, ...]  # their load factors, rising to 1
     stops: tuple[float, ...]  # load factors at which an increment has to end
     axis: int  # direction of the force that is reported
     length: float  # length that strains along it refer to [m]
 
-    def at(self, load: float) -> np.ndarray:
+    def at(self, load: float) -> Floats:
         """Return the displacement (3,) at a load factor [m]."""
         return between_corners(self.displacement, self.corners, load)
+
+    def way(self, start: float, end: float) -> float:
+        """Return the length of the path between two load factors [m]."""
+        loads = [start, *(corner for corner in self.corners if start < corner < end), end]
+        return float(np.linalg.norm(np.diff([self.at(load) for load in loads], axis=0), axis=1).sum())
+
+    def place(self, load: float) -> str:
+        """Return where a load factor is on the path, in words: the strain, or the leg, or both.
+
+        Examples
+        --------
+        >>> Motion(np.array([[2e-3, 0, 0]]), (1.0,), (), axis=0, length=0.04).place(0.5)
+        'strain 2.50%'
+        """
+        # Rounding at a corner must not begin the next leg.
+        leg = f"leg {int(np.searchsorted(self.corners, load - 1e-9)) + 1} of {len(self.corners)}"
+        if self.axis == 2:  # across the plane, where a pair has no strain
+            return leg
+        strain = f"strain {self.at(load)[self.axis] / self.length:.2%}"
+        return strain if len(self.corners) == 1 else f"{strain} on {leg}"
 
 
 def load_path(scene: Scene, specimen: Fabric) -> Motion:
@@ -48,10 +68,10 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
         legs = np.array(scene.load.path)
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
-    axis = DIRECTIONS.index(scene.load.direction)
-    length = float(specimen.size[axis])
-    stops = tuple(stop / scene.load.strain for stop in scene.load.stops)
-    return Motion(scene.load.strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
+    axis = DIRECTIONS.index(scene.value("load.direction"))
+    length, strain = float(specimen.size[axis]), scene.load.strain
+    stops = tuple(stop / strain for stop in scene.load.stops)
+    return Motion(strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
 # Which strains of a cell a deformation prescribes, by `load.deformation`
@@ -59,7 +79,7 @@ PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "she
 
 
 def cell_path(
-    load: CellStrain, lengths: np.ndarray, held: Sequence[int] = (), size: int = 3
+    load: DrawnCellStrain, lengths: Floats, held: Ints | Sequence[int] = (), size: int = 3
 ) -> tuple[Motion, PrescribedDisplacement]:
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 
@@ -78,26 +98,6 @@ def cell_path(
     return motion, PrescribedDisplacement(fixed, value, corners, stops)
 
 
-def place_on_path(load: Tension | PairPath, factor: float) -> str:
-    """Return where a load factor is on the load path, in words: a knit's strain, the leg of a pair's path.
-
-    Examples
-    --------
-    >>> from knitstudy import load_scene
-    >>> place_on_path(load_scene("yarns-tie-course").load, factor=0.5)
-    'strain 2.50%'
-    """
-    if isinstance(load, CellStrain) and load.turns:
-        motion, _ = cell_path(load, np.ones(3))
-        leg = int(np.searchsorted(motion.corners, factor - 1e-9)) + 1
-        return f"strain {motion.at(factor)[motion.axis]:.2%} on leg {leg} of {len(motion.corners)}"
-    if isinstance(load, Tension):
-        return f"strain {factor * load.strain:.2%}"
-    legs = len(load.path)
-    # Rounding at a corner must not begin the next leg.
-    return f"leg {max(1, ceil(factor * legs - 1e-9))} of {legs}"
-
-
 _CLEAR, _STATUS = Path("/proc/self/clear_refs"), Path("/proc/self/status")
 
 
@@ -114,7 +114,7 @@ class Meter:
             self.has_own_peak = _peak_since() > 0
         except OSError:
             self.has_own_peak = False
-        self._started, self._most = _times(), (0, 0)
+        self._started, self._most = _times(), (0.0, 0.0)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -144,7 +144,7 @@ class Meter:
         return times | {"memory_growth": growth, "memory_peak": highest}
 
 
-def _times() -> np.ndarray:
+def _times() -> Floats:
     return np.array([time.perf_counter(), time.process_time()])
 
 
@@ -163,11 +163,11 @@ FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisat
 class Stations(Chosen):
     """Points whose motion the history follows: section centres or beam nodes."""
 
-    yarn: np.ndarray  # (S,) yarn of a station
-    arc_length: np.ndarray  # (S,) its arc length along the undeformed yarn [m]
-    position: np.ndarray  # (S, 3) its undeformed position [m]
+    yarn: Ints  # (S,) yarn of a station
+    arc_length: Floats  # (S,) its arc length along the undeformed yarn [m]
+    position: Floats  # (S, 3) its undeformed position [m]
 
-    def nearest(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def nearest(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the stations nearest to places on yarns; stations are in the order of yarns and arc lengths."""
         longest = 2 * self.arc_length.max()  # puts all yarns on one axis
         places = longest * self.yarn + self.arc_length
@@ -179,18 +179,18 @@ class Recorder:
     """Collects increments and keeps the ledger of energies."""
 
     stations: Stations  # points to follow
-    driven: np.ndarray  # (k, 3) unknowns of the driven nodes by component (x, y, z)
+    driven: Ints  # (k, 3) unknowns of the driven nodes by component (x, y, z)
     motion: Motion  # of the driven side
     meter: Meter = field(default_factory=Meter)  # begun before the model was built, so that its memory counts
-    columns: dict[str, list] = field(default_factory=dict)  # one value an increment
+    columns: dict[str, list[Any]] = field(default_factory=dict)  # one value an increment
     # One array an increment, of as many rows as points were in contact
-    flat: dict[str, list[np.ndarray]] = field(default_factory=dict)
+    flat: dict[str, list[Floats]] = field(default_factory=dict)
 
     def add(
         self,
         increment: Increment,
         observed: Mapping[str, Any],  # with `centreline_displacement` (S, 3) [m] at least
-        points: Mapping[str, np.ndarray] | None = None,  # of the points in contact, without `contact_`
+        points: Mapping[str, Floats] | None = None,  # of the points in contact, without `contact_`
     ) -> None:
         """Append a converged increment and the columns of the observer; DataFileError if `HISTORY` has no such name."""
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
@@ -221,7 +221,7 @@ class Recorder:
         for values in (*self.columns.values(), *self.flat.values()):
             values.pop()
 
-    def _ledger(self, increment: Increment, displacement: np.ndarray, reaction: np.ndarray) -> np.ndarray:
+    def _ledger(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
@@ -230,7 +230,7 @@ class Recorder:
             ledger[0] = self.columns["energy"][-1][0] + mean @ moved
         return ledger
 
-    def to_dataset(self, once: Mapping[str, np.ndarray] | None = None, **attributes) -> xr.Dataset:
+    def to_dataset(self, once: Mapping[str, Any] | None = None, **attributes: Any) -> xr.Dataset:
         """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.
 
         `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
@@ -246,7 +246,7 @@ class Recorder:
         attributes = self.meter.read() | axis | attributes
         return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
 
-    def _points(self) -> dict[str, np.ndarray]:
+    def _points(self) -> dict[str, Any]:
         """Return the points in contact of all increments one after another, if there are any."""
         if not self.flat:
             return {}

@@ -13,6 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from knitstudy.knit.loading.history import Stations
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Distance of the places that are compared, over the radius: an overlap comes out smaller by at most a hundredth
 SPACING = 0.25
@@ -24,10 +25,10 @@ IMAGES = [(i, j) for j in range(3) for i in range(-2, 3) if (j, i) >= (0, 0)]
 class Repeats:
     """How yarns repeat themselves; yarns beyond those of `length` are images."""
 
-    length: np.ndarray  # (Y,), of one period along every yarn, whose images the first vector takes on [m]
-    vectors: np.ndarray  # (2, 3), of the lattice, undeformed [m]
+    length: Floats  # (Y,), of one period along every yarn, whose images the first vector takes on [m]
+    vectors: Floats  # (2, 3), of the lattice, undeformed [m]
 
-    def stretched(self, strain: np.ndarray) -> np.ndarray:
+    def stretched(self, strain: Floats) -> Floats:
         """Return the vectors (2, 3) under strains in the plane (3,): along x and y, and the angle of shear."""
         x, y, shear = strain
         return self.vectors @ np.array([[1 + x, shear / 2, 0], [shear / 2, 1 + y, 0], [0, 0, 1]])
@@ -35,10 +36,10 @@ class Repeats:
 
 def largest_overlap(
     stations: Stations,
-    places: np.ndarray,  # (S, 3), where the stations are [m]
+    places: Floats,  # (S, 3), where the stations are [m]
     radius: float,  # of the yarns [m]
-    length: np.ndarray | None = None,  # (Y,), of one period of yarns that repeat themselves [m]
-    vectors: np.ndarray | None = None,  # (2, 3), of the lattice by which they do [m]
+    length: Floats | None = None,  # (Y,), of one period of yarns that repeat themselves [m]
+    vectors: Floats | None = None,  # (2, 3), of the lattice by which they do [m]
 ) -> float:
     """Return how deep two places of yarn overlap at most, over the radius; 0 where none do.
 
@@ -66,18 +67,19 @@ def largest_overlap(
 
 def _fine(
     stations: Stations,
-    places: np.ndarray,
+    places: Floats,
     radius: float,
-    length: np.ndarray | None,
-    vectors: np.ndarray | None,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    length: Floats | None,
+    vectors: Floats | None,
+) -> tuple[Floats, Ints, Floats]:
     """Return places (k, 3) close together along all yarns that are no images, their yarns and arc lengths (k,)."""
     parts = []
     for number in range(int(stations.yarn.max()) + 1 if length is None else len(length)):
         here = stations.yarn == number
         s, x = stations.arc_length[here], places[here]
-        if length is not None and s[-1] < (1 - 1e-9) * length[number]:
+        if length is not None and vectors is not None and s[-1] < (1 - 1e-9) * length[number]:
             s, x = np.append(s, length[number]), np.concatenate([x, x[:1] + vectors[0]])
         fine = np.linspace(s[0], s[-1], 1 + int(np.ceil((s[-1] - s[0]) / (SPACING * radius))))
         parts.append((CubicSpline(s, x)(fine), np.full(len(fine), number), fine))
-    return tuple(np.concatenate(values) for values in zip(*parts, strict=True))
+    points, yarns, s = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return points, yarns, s

@@ -12,8 +12,12 @@ import numpy as np
 from knitstudy.errors import DataFileError
 from knitstudy.files import replacing
 from knitstudy.knit.loading.history import Recorder
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
+
+PLAIN: dict[str, Any] = {"index": int, "load": float, "size": float, "largest": float, "damped": float}
+"""Numbers of an increment, and their types."""
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
@@ -41,13 +45,9 @@ class Checkpoint:
         for name, parts in recorder.flat.items():
             columns[f"flat.{name}"] = np.concatenate(parts)
             columns["flat_ends"] = np.cumsum([len(part) for part in parts])
-        scalars = {
+        scalars: dict[str, Any] = {
             "key": self.key,
-            "index": increment.index,
-            "load": increment.load,
-            "size": increment.size,
-            "largest": increment.largest,
-            "damped": increment.damped,
+            **{name: getattr(increment, name) for name in PLAIN},
             "headway": np.array(increment.headway),
             "rate_sizes": np.array([rate.increment for rate in increment.rates]),
             "updates": np.array(increment.updates),
@@ -55,7 +55,7 @@ class Checkpoint:
             "mean_force": increment.response.mean_force,
         } | {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, **scalars, **state, **rates, **columns)
+            np.savez(file, allow_pickle=False, **(scalars | state | rates | columns))
 
     def load(self, recorder: Recorder) -> Increment | None:
         """Return the increment to go on from and fill the recorder; None if there is no file.
@@ -75,7 +75,7 @@ class Checkpoint:
                 "the scene anew"
             ) from None
 
-    def _restore(self, data: dict[str, np.ndarray], recorder: Recorder) -> Increment:
+    def _restore(self, data: dict[str, Floats], recorder: Recorder) -> Increment:
         if str(data["key"]) != self.key:
             raise ValueError("it belongs to another scene or another version of the input")
         _require_whole(data)
@@ -90,23 +90,19 @@ class Checkpoint:
         since, failed, tried = data["headway"].tolist()
         rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
         return Increment(
-            index=int(data["index"]),
-            load=float(data["load"]),
             state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
-            size=float(data["size"]),
-            largest=float(data["largest"]),
-            damped=float(data["damped"]),
             headway=(since, int(failed), int(tried)),
             rates=tuple(rates),
             updates=tuple(data["updates"]),
+            **{name: kind(data[name]) for name, kind in PLAIN.items()},
         )
 
 
 _NUMBERS = ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", "damped")
 
 
-def _require_whole(data: dict[str, np.ndarray]) -> None:
+def _require_whole(data: dict[str, Floats]) -> None:
     """Refuse values that are not numbers, and arrays whose lengths do not fit; gaps may be infinite or nan."""
     increments = int(data["index"]) + 1
     for name, values in data.items():
@@ -123,7 +119,7 @@ def _require_whole(data: dict[str, np.ndarray]) -> None:
         raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
 
 
-def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
+def _arrays(value: Any, name: str) -> dict[str, Floats]:
     """Return all arrays, numbers and texts in a value by dotted names; None is left out."""
     if value is None:
         return {}
@@ -139,13 +135,13 @@ def _arrays(value: Any, name: str) -> dict[str, np.ndarray]:
     return {key: array for part in parts for key, array in part.items()}
 
 
-def _value(hint: Any, data: dict[str, np.ndarray], name: str) -> Any:
+def _value(hint: Any, data: dict[str, Floats], name: str) -> Any:
     """Return the value of a type that `_arrays` took apart."""
     if get_origin(hint) in (Union, UnionType):
         if not any(entry == name or entry.startswith(f"{name}.") for entry in data):
             return None
         hint = next(part for part in get_args(hint) if part is not type(None))
-    if is_dataclass(hint):
+    if isinstance(hint, type) and is_dataclass(hint):
         hints = get_type_hints(hint)
         return hint(
             **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}

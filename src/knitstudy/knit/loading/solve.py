@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections import defaultdict
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
@@ -12,14 +12,16 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
-from knitstudy.knit.loading.gates import loosened, require_apart, require_lasting_friction
-from knitstudy.knit.loading.history import Meter, Motion, Recorder, Stations, place_on_path
+from knitstudy.knit.loading.gates import fewest_across, loosened, require_apart, require_lasting_friction
+from knitstudy.knit.loading.history import Meter, Motion, Recorder, Stations
 from knitstudy.knit.loading.overlap import Repeats, largest_overlap
 from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.shared_sections import Newton
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.guided import Guide
+from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import trace
@@ -34,7 +36,7 @@ log = logging.getLogger(__name__)
 # Whether a run goes on from a restart file, for readers who do not want a line for every increment
 resumed = logging.getLogger(f"{__name__}.resumed")
 
-Reported = tuple[dict[str, Any], dict[str, np.ndarray]]
+Reported = tuple[dict[str, Any], dict[str, Floats]]
 """Columns of the history, and columns of the points in contact; see `Recorder.add`."""
 
 
@@ -61,15 +63,15 @@ class Problem:
     prescribed: PrescribedDisplacement
     motion: Motion  # of the driven side
     # (k, 3) unknowns of the driven nodes by component (x, y, z), whose forces are the reaction
-    driven: np.ndarray
+    driven: Ints
     stations: Stations  # points whose displacement the observer reports
     # Called in order after an increment has been recorded and before it is written to the restart file, so that
     # no run goes on from a refused state
     checks: tuple[Check, ...] = ()
     # Variables of the history that are the same at all increments
-    constants: dict[str, np.ndarray] = field(default_factory=dict)
+    constants: dict[str, Floats] = field(default_factory=dict)
     # Returns the variables of the history that are known at the last increment alone, from the model's state
-    fields: Callable[[Any], dict[str, np.ndarray]] | None = None
+    fields: Callable[[Any], dict[str, Floats]] | None = None
     attributes: dict[str, Any] = field(default_factory=dict)  # of the history: numbers and texts
     solver: LinearSolver = field(default_factory=LU)
     repeats: Repeats | None = None  # of an endless fabric
@@ -85,12 +87,12 @@ class Problem:
         return trace(self.model, self.prescribed, self.settings, self.solver, resume=resume, guide=guide)
 
 
-def settings_of(scene: Scene, touches: bool, stride: float = np.inf) -> Settings:
-    """Return accuracy and limits of a scene's load path; `stride` [m] bounds corrections of yarns that touch.
+def settings_of(solver: Newton, touches: bool, stride: float = np.inf) -> Settings:
+    """Return accuracy and limits of a load path; `stride` [m] bounds corrections of yarns that touch.
 
     Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
     """
-    settings = Settings.of(scene.solver)
+    settings = Settings.of(solver)
     return replace(settings, predictor=1, stride=stride) if touches else settings
 
 
@@ -108,7 +110,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         If the restart file is damaged or belongs to another scene.
     """
     reuse_memory()
-    scene = problem.scene
+    scene, place = problem.scene, problem.motion.place
+    most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
@@ -116,44 +119,55 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         resumed.info(
             "going on from increment %d at load factor %.4g (%s)", last.index, last.load, run.restart
         )
-        run.progress(last.load, place_on_path(scene.load, last.load))
+        run.progress(last.load, place(last.load))
     increments = problem.increments(run.progress, resume=last)
     try:
         with serial_blas():
-            increment, errors = next(increments, None), defaultdict(list)
-            while increment is not None:
-                _record(problem, recorder, increment)
-                coarse = _check(problem, increment, recorder)
-                if coarse is not None:
-                    # Errors of this increment and of the larger ones that it is a part of
-                    alike = errors[coarse.unit]
-                    alike.append(coarse.error)
-                    if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
-                        recorder.drop()
-                        increment = increments.send(str(coarse))
-                        continue
-                    if not coarse.bearable:
-                        raise coarse
-                require_lasting_friction(recorder, increment.index)
-                require_apart(scene, recorder, increment.index)
-                last = increment
+            for last in _accepted(problem, recorder, increments):
                 if checkpoint:
                     # Writing takes a tenth of a reduced model's time and is not part of its cost.
                     with recorder.meter.paused():
-                        checkpoint.save(increment, recorder)
-                run.progress(increment.load, place_on_path(scene.load, increment.load))
-                most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
+                        checkpoint.save(last, recorder)
+                run.progress(last.load, place(last.load))
                 if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
-                increment, errors = next(increments, None), defaultdict(list)
     except ConvergenceError as error:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
                 recorder.drop()  # refused
-            reached = f"ended at {place_on_path(scene.load, last.load)}, load factor {last.load:.4g}"
+            reached = f"ended at {place(last.load)}, load factor {last.load:.4g}"
             error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
         raise
     return _history(problem, recorder, last)
+
+
+def _accepted(
+    problem: Problem, recorder: Recorder, increments: Generator[Increment, str | None, None]
+) -> Iterator[Increment]:
+    """Record converged increments and yield those that all checks accept; raises ConvergenceError as these."""
+    deepest = problem.scene.value("gates.overlap")
+    errors: defaultdict[str, list[float]] = defaultdict(
+        list
+    )  # of an increment and of those that it is a part of
+    increment = next(increments, None)
+    while increment is not None:
+        _record(problem, recorder, increment)
+        coarse = _check(problem, increment, recorder)
+        if coarse is not None:
+            alike = errors[coarse.unit]
+            alike.append(coarse.error)
+            if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
+                recorder.drop()
+                increment = increments.send(str(coarse))
+                continue
+            if not coarse.bearable:
+                raise coarse
+        require_lasting_friction(recorder, increment.index)
+        if deepest is not None:
+            require_apart(recorder, increment.index, deepest)
+        yield increment
+        errors.clear()
+        increment = next(increments, None)
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
@@ -180,7 +194,7 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     log.info(
         "increment %d: %s, force %.6g N, %d Newton and %d Krylov iterations, residual %.1e%s",
         increment.index,
-        place_on_path(problem.scene.load, increment.load),
+        problem.motion.place(increment.load),
         recorder.columns["force"][-1],
         increment.newton_iterations,
         increment.krylov_iterations,
@@ -189,16 +203,18 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     )
 
 
-def _history(problem: Problem, recorder: Recorder, last: Increment) -> xr.Dataset:
+def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr.Dataset:
     """Return the history so far, with the fields of the last increment if asked for."""
     scene, solver = problem.scene, problem.solver
-    fields = problem.fields(last.state) if problem.fields else {}
+    refinement = scene.value("mesh.refinement")
+    fewest = None if refinement is None else fewest_across(scene.specimen, refinement)
+    fields = problem.fields(last.state) if problem.fields and last else {}
     return recorder.to_dataset(
         problem.constants | fields,
         scene=scene.name,
         fidelity=scene.fidelity,
         interaction=scene.interaction,
-        **({"loosened": wider} if (wider := loosened(scene)) else {}),
+        **({"loosened": wider} if (wider := loosened(scene.gates, fewest)) else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
         linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
         linear_setups=getattr(solver, "setups", 0),

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,10 +12,10 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import UNIFORM, Grading, Spacing, place_slices
+from knitstudy.knit.mesh.section import UNIFORM, Grading, Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Distances from a crossing over the yarn's radius.
 REACH = 1.0  # up to which slices stand at their closest
@@ -123,22 +124,23 @@ def check_shape(fabric: Fabric) -> None:
     check_overlap(part.centrelines, part.radius)
 
 
-def _side_by_side(meshes: list[SweptMesh], shift: np.ndarray) -> SweptMesh:
+def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
     """Return meshes of one yarn each as one, moved by vectors (Y, 3) [m]."""
     nodes, centres = (
         np.concatenate([getattr(mesh, name) + by for mesh, by in zip(meshes, shift, strict=True)])
         for name in ("nodes", "centres")
     )
-    frames, s = (
-        np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("frames", "arc_length")
-    )
+    names = ("frames", "arc_length", "pull")
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in names
+    }
     first = np.cumsum([0, *(mesh.slices for mesh in meshes)])
-    return SweptMesh(nodes, meshes[0].section, meshes[0].radius, centres, frames, s, first)
+    return replace(meshes[0], nodes=nodes, centres=centres, first_slice=first, **joined)
 
 
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
     """Mesh a scene's fabric with hexahedra, as its keys say."""
-    keys = scene.mesh
+    keys = scene.value("mesh")
     return mesh_fabric(fabric, keys.size, keys.growth, keys.refinement, load_of(scene))
 
 
@@ -167,8 +169,8 @@ def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:
 class Grips:
     """Nodes with prescribed displacements."""
 
-    held: np.ndarray
-    driven: np.ndarray
+    held: Ints
+    driven: Ints
 
 
 def load_of(scene: Scene) -> str | None:
@@ -176,14 +178,13 @@ def load_of(scene: Scene) -> str | None:
     return scene.value("load.direction") or scene.value("pair.support")
 
 
-def grips(mesh: SweptMesh, scene: Scene, fabric: Fabric) -> Grips:
-    """Return the nodes of a mesh that a scene's load holds and drives.
+def grips(mesh: SweptMesh, fabric: Fabric, load: str) -> Grips:
+    """Return the nodes of a mesh that a load holds and drives, by the name of its grips.
 
     These are the nodes of all slices in gripped arcs, or of the gripped half of their surface.
     Raises MeshError if no slice stands where an arc ends: the mesh was made for another direction, and the grip
     would be shorter by a part of an element.
     """
-    load = load_of(scene)
     for yarn, ends in fabric.grip_ends(load).items():
         apart = np.abs(mesh.stations[yarn][:, None] - ends).min(axis=0)
         if apart.size and apart.max() > ROUNDING * mesh.radius:

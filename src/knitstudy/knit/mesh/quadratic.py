@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import drawn, drawn_angles
+from knitstudy.knit.mesh.quality import refuse_folded
+from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import determinant
-from knitstudy.mechanics.elements.quadratic import GRADIENTS
+from knitstudy.mechanics.elements.hexahedron import QUADRATIC_GRADIENTS
 
 # Weights (8,) of a face's corners and of the middles of its edges at its centre.
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
@@ -33,10 +34,10 @@ class QuadraticSection:
     """A section with the middles of its edges, on the unit disc."""
 
     section: Section  # corners and quads, the ring on the unit circle
-    edges: np.ndarray  # (m, 2) corners of every edge
-    middles: np.ndarray  # (m, 2) places of their middles over the radius, on the ring on the circle
-    quad_edges: np.ndarray  # (e, 4) edges of every quad, the first one from its first corner to its second
-    ring_edges: np.ndarray  # (a,) edges from every surface node to the next one
+    edges: Ints  # (m, 2) corners of every edge
+    middles: Floats  # (m, 2) places of their middles over the radius, on the ring on the circle
+    quad_edges: Ints  # (e, 4) edges of every quad, the first one from its first corner to its second
+    ring_edges: Ints  # (a,) edges from every surface node to the next one
 
     @classmethod
     def of(cls, section: Section) -> QuadraticSection:
@@ -55,7 +56,7 @@ class QuadraticSection:
         )
 
     @cached_property
-    def place(self) -> np.ndarray:
+    def place(self) -> Ints:
         """Place (q + m,) of every corner and then every middle in a slice: a middle between its corners."""
         key = np.concatenate([np.arange(self.section.size), self.edges.mean(axis=1)])
         return np.argsort(np.argsort(key, kind="stable"))
@@ -67,18 +68,18 @@ class QuadraticMesh:
 
     corners: SweptMesh  # of the corners alone, on the true radius
     section: QuadraticSection
-    nodes: np.ndarray  # (N, 3) coordinates. [m]
-    elements: np.ndarray  # (E, 20) in the order of `knitstudy.mechanics.elements.quadratic`
-    yarn: np.ndarray  # (N,)
-    station: np.ndarray  # (N,) numbered through all yarns
-    corner_nodes: np.ndarray  # number of every node of ``corners``
-    face_centres: np.ndarray  # (F,) nodes in the middles of surface faces, which belong to no element
-    faces: np.ndarray  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
-    grids: tuple[np.ndarray, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
-    arc_lengths: tuple[np.ndarray, ...]  # (2 s - 1,) of the stations of every yarn. [m]
+    nodes: Floats  # (N, 3) coordinates. [m]
+    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.hexahedron`
+    yarn: Ints  # (N,)
+    station: Ints  # (N,) numbered through all yarns
+    corner_nodes: Ints  # number of every node of ``corners``
+    face_centres: Ints  # (F,) nodes in the middles of surface faces, which belong to no element
+    faces: Ints  # (F, 8) corners of these faces, and middles of their edges, by `FACE_CENTRE`
+    grids: tuple[Ints, ...]  # surface nodes (2 s - 1, 2 a) of every yarn, station by station, by angle
+    arc_lengths: tuple[Floats, ...]  # (2 s - 1,) of the stations of every yarn. [m]
 
     @cached_property
-    def angles(self) -> tuple[np.ndarray, ...]:
+    def angles(self) -> tuple[Floats, ...]:
         """Angles (2 s - 1, 2 a) of the nodes of every grid, from d1 towards d2, rad."""
         ring = self.corners.section.angles
         around = np.stack([ring, ring + np.pi / ring.size], axis=-1).ravel()
@@ -101,45 +102,42 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     section = QuadraticSection.of(mesh.section)
     disc = np.vstack([section.section.points, section.middles])
     q, a = section.section.size, section.ring_edges.size
-    whole = len(disc)
+    whole, ring, ring_edges = len(disc), section.section.ring, q + section.ring_edges
     slices, lower = np.arange(mesh.slices), mesh.lower_slices
-    # A slice, the middle slice behind it with its face centres; no middle slice follows the last slice of a yarn.
+    # Stations: a middle slice stands behind every slice but the last of a yarn.
+    of_slice = 2 * slices - mesh.yarn_of_slice
+    # Numbers (stations, q + m): a slice has all nodes, a middle slice corners, and face centres on the rim.
     start = slices * (whole + q + a) - mesh.yarn_of_slice * (q + a)
-    slice_nodes = start[:, None] + section.place  # (S, q + m): corners, middles
-    middle_nodes = start[lower, None] + whole + np.arange(q + a)  # (L, q + a): corners, face centres
+    number = np.full((of_slice[-1] + 1, whole), -1)
+    number[of_slice] = start[:, None] + section.place
+    number[of_slice[lower, None] + 1, np.append(np.arange(q), ring_edges)] = (
+        start[lower, None] + whole + np.arange(q + a)
+    )
+    below, middle, above = (number[of_slice[lower] + step] for step in range(3))
+
     nodes = np.empty((start[-1] + whole, 3))
-    nodes[slice_nodes] = tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
+    nodes[number[of_slice]] = tube(mesh.centres, mesh.frames, mesh.radius * drawn(disc, mesh.pull))
     arc_lengths = tuple(_with_middles(s) for s in mesh.stations)
     centres, frames = _middle_slices(mesh, curves, arc_lengths)
     pull = 0.5 * (mesh.pull[lower] + mesh.pull[lower + 1])
-    nodes[middle_nodes[:, :q]] = tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
+    nodes[middle[:, :q]] = tube(centres, frames, mesh.radius * drawn(disc[:q], pull))
+    ahead = np.roll(ring, -1)
+    around = [below[:, ring], below[:, ahead], above[:, ahead], above[:, ring]]
+    around += [below[:, ring_edges], middle[:, ahead], above[:, ring_edges], middle[:, ring]]
+    faces = np.stack(around, axis=-1)  # (L, a, 8)
+    nodes[middle[:, ring_edges]] = np.einsum("f,lafi->lai", FACE_CENTRE, nodes[faces])
 
-    ring, ring_edges = section.section.ring, q + section.ring_edges
-    ahead, below, above = np.roll(ring, -1), slice_nodes[lower], slice_nodes[lower + 1]
-    faces = np.stack(
-        [
-            *(below[:, ring], below[:, ahead], above[:, ahead], above[:, ring]),
-            *(below[:, ring_edges], middle_nodes[:, ahead], above[:, ring_edges], middle_nodes[:, ring]),
-        ],
-        axis=-1,
-    )  # (L, a, 8)
-    nodes[middle_nodes[:, q:]] = np.einsum("f,lafi->lai", FACE_CENTRE, nodes[faces])
-    on_slices = np.stack([slice_nodes[:, ring], slice_nodes[:, ring_edges]], axis=-1).reshape(len(slices), -1)
-    between = np.stack([middle_nodes[:, ring], middle_nodes[:, q:]], axis=-1).reshape(len(lower), -1)
-
-    station_of_slice = 2 * slices - mesh.yarn_of_slice
     station = np.empty(len(nodes), dtype=np.int64)
-    grid = np.empty((station_of_slice[-1] + 1, 2 * a), dtype=np.int64)
-    for here, own, on_surface in (
-        (station_of_slice, slice_nodes, on_slices),
-        (station_of_slice[lower] + 1, middle_nodes, between),
-    ):
-        station[own], grid[here] = here[:, None], on_surface
+    station[number[number >= 0]] = np.nonzero(number >= 0)[0]
+    grid = number[:, np.stack([ring, ring_edges], axis=-1).ravel()]
     quads, edges = section.section.quads, q + section.quad_edges
-    parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], middle_nodes[:, quads]]
+    parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], middle[:, quads]]
     elements = np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
-    corners = replace(mesh, section=section.section, nodes=nodes[slice_nodes[:, :q]].reshape(-1, 3))
-    _refuse_folded(nodes, elements, corners)
+    corner_nodes = number[of_slice, :q].ravel()
+    corners = replace(mesh, section=section.section, nodes=nodes[corner_nodes])
+    places = np.swapaxes(nodes[elements], 1, 2)
+    smallest = np.min([determinant(places @ gradient) for gradient in QUADRATIC_GRADIENTS], axis=0)
+    refuse_folded(corners, smallest, "quadratic hexahedron", "its Jacobian at a Gauss point")
     return QuadraticMesh(
         corners=corners,
         section=section,
@@ -147,22 +145,22 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
         elements=elements,
         yarn=np.repeat(np.arange(mesh.yarns), np.diff(np.append(start[mesh.first_slice[:-1]], len(nodes)))),
         station=station,
-        corner_nodes=slice_nodes[:, :q].ravel(),
-        face_centres=middle_nodes[:, q:].ravel(),
+        corner_nodes=corner_nodes,
+        face_centres=middle[:, ring_edges].ravel(),
         faces=faces.reshape(-1, 8),
-        grids=tuple(np.split(grid, station_of_slice[mesh.first_slice[1:-1]])),
+        grids=tuple(np.split(grid, of_slice[mesh.first_slice[1:-1]])),
         arc_lengths=arc_lengths,
     )
 
 
-def _with_middles(s: np.ndarray) -> np.ndarray:
+def _with_middles(s: Floats) -> Floats:
     """Values (s, ...) at the slices of a yarn, such as arc lengths, with the means between them (2 s - 1, ...)."""
     return np.insert(s, np.arange(1, len(s)), 0.5 * (s[1:] + s[:-1]), axis=0)
 
 
 def _middle_slices(
-    mesh: SweptMesh, curves: Sequence[Centreline], arc_lengths: Sequence[np.ndarray]
-) -> tuple[np.ndarray, np.ndarray]:
+    mesh: SweptMesh, curves: Sequence[Centreline], arc_lengths: Sequence[Floats]
+) -> tuple[Floats, Floats]:
     """Centres (L, 3) and frames (L, 3, 3) halfway between all slices of every yarn."""
     centres, frames = [], []
     for curve, s, d1 in zip(curves, arc_lengths, mesh.by_yarn(mesh.frames[:, 0]), strict=True):
@@ -174,17 +172,3 @@ def _middle_slices(
         centres.append(place[1::2])
         frames.append(rolled(free[1::2], 0.5 * (roll[1:] + roll[:-1])))
     return np.concatenate(centres), np.concatenate(frames)
-
-
-def _refuse_folded(nodes: np.ndarray, elements: np.ndarray, corners: SweptMesh) -> None:
-    """Refuse elements whose Jacobian is not positive at one of their Gauss points."""
-    places = np.swapaxes(nodes[elements], 1, 2)
-    smallest = np.min([determinant(places @ gradient) for gradient in GRADIENTS], axis=0)
-    worst = int(np.argmin(smallest))
-    if not smallest[worst] > 0:
-        layer = corners.slice_of_element[worst]
-        raise MeshError(
-            f"quadratic hexahedron {worst} of yarn {corners.yarn_of_slice[layer]} at s = "
-            f"{corners.arc_length[layer]:.6g} m is folded: its Jacobian at a Gauss point is {smallest[worst]:.3g} m3 "
-            "and must be positive; use a smaller mesh.size"
-        )

@@ -6,12 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 import psutil
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.section import nodes_for_size
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.mechanics.arrays import Floats
 
 OVERLAP_TOLERANCE = 0.01  # share of the diameter; the optimised geometry is twenty times as exact
 SAMPLES_PER_DIAMETER = 50  # along yarn in the search for overlaps: distances are then exact to 1e-4
@@ -21,7 +23,7 @@ AT_ONCE = 16_384  # elements, or points whose neighbours are held, at a time
 _EDGES = np.array([[1, 3, 4], [2, 0, 5], [3, 1, 6], [0, 2, 7], [7, 5, 0], [4, 6, 1], [5, 7, 2], [6, 4, 3]])
 
 
-def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
+def scaled_jacobian(nodes: Floats, hexahedra: NDArray[np.integer]) -> Floats:
     """Smallest scaled Jacobian (E,) of hexahedra (E, 8) in VTK order: 1 with right angles, 0 or less if folded.
 
     At each corner it is the triple product of the edge vectors over the product of their lengths (Knupp 2000,
@@ -46,13 +48,17 @@ def scaled_jacobian(nodes: np.ndarray, hexahedra: np.ndarray) -> np.ndarray:
 
 def check_folding(mesh: SweptMesh) -> None:
     """Refuse elements whose scaled Jacobian is not positive; MeshError naming the worst element."""
-    quality = scaled_jacobian(mesh.nodes, mesh.hexahedra)
+    refuse_folded(mesh, scaled_jacobian(mesh.nodes, mesh.hexahedra), "hexahedron", "its scaled Jacobian")
+
+
+def refuse_folded(mesh: SweptMesh, quality: Floats, what: str, measure: str) -> None:
+    """Refuse elements (E,) of which a measure of quality is not positive; MeshError naming the worst element."""
     worst = int(np.argmin(quality))
     if not quality[worst] > 0:
         layer = mesh.slice_of_element[worst]
         raise MeshError(
-            f"hexahedron {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m "
-            f"is folded: its scaled Jacobian is {quality[worst]:.3g}, and must be positive"
+            f"{what} {worst} of yarn {mesh.yarn_of_slice[layer]} at s = {mesh.arc_length[layer]:.6g} m is folded: "
+            f"{measure} is {quality[worst]:.3g}, and must be positive; use a smaller mesh.size"
         )
 
 
@@ -91,17 +97,17 @@ def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float 
         apart = (yarn[first] != yarn[second]) | (np.abs(s[first] - s[second]) > np.pi * radius)
         if apart.any():
             at = np.flatnonzero(apart)[np.argmin(near["v"][apart])]
-            nearest = min(nearest, (near["v"][at], first[at], second[at]))
-    distance, first, second = nearest
-    if first >= 0:
+            nearest = min(nearest, (float(near["v"][at]), int(first[at]), int(second[at])))
+    distance, one, other = nearest
+    if one >= 0:
         raise MeshError(
-            f"yarn {yarn[first]} at s = {s[first]:.6g} m and yarn {yarn[second]} at s = {s[second]:.6g} m "
+            f"yarn {yarn[one]} at s = {s[one]:.6g} m and yarn {yarn[other]} at s = {s[other]:.6g} m "
             f"overlap: their centrelines are {distance:.4g} m apart, less than {allowed:.4g} m: use a smaller "
             "yarn.diameter or a larger clearance"
         )
 
 
-def _stations(curve: Centreline, radius: float) -> np.ndarray:
+def _stations(curve: Centreline, radius: float) -> Floats:
     """Arc lengths in m that are close together compared with the diameter."""
     parts = int(np.ceil(curve.length * SAMPLES_PER_DIAMETER / (2 * radius)))
     return np.linspace(0.0, curve.length, 1 + parts)
@@ -115,16 +121,8 @@ GIBIBYTE = 2**30
 def require_memory(need: float, key: str, size: float, what: str, power: int) -> None:
     """Refuse a discretisation that takes more memory than is free: MeshError that says which size would fit.
 
-    Parameters
-    ----------
-    need : float
-        Bytes that it takes, estimated.
-    key, size : str, float
-        The key that sets its element size, and its value in yarn radii.
-    what : str
-        What takes them, for the message.
-    power : int
-        Memory goes with size to the minus this power.
+    `need` are the bytes that `what` is estimated to take; they go with the size [yarn radii], the value of a key, to
+    the minus some power.
     """
     free = psutil.virtual_memory().available
     if need <= free:
@@ -145,29 +143,15 @@ BYTES_AN_ENTRY = 4  # of those factors, in single precision
 
 def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: float, growth: float) -> None:
     """Refuse a mesh of yarns of a radius [m] that does not fit into memory; raises MeshError."""
-    if not (size > 0 and growth >= 1):
-        raise MeshError(f"mesh.size is {size} and mesh.growth {growth}: must be positive and at least 1")
     slices = sum(curve.length for curve in curves) / (growth * size * radius)
     nodes = slices * nodes_for_size(2, size)
     require_memory(nodes * BYTES_A_NODE, "mesh.size", size, f"a mesh of {nodes:.2g} nodes", power=3)
 
 
 def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes: int = 8) -> None:
-    """Refuse a direct simulation that does not fit into memory.
+    """Refuse a direct simulation that does not fit into memory: MeshError that says which ``mesh.size`` would fit.
 
-    Parameters
-    ----------
-    bandwidth : int
-        Largest difference of node numbers in an element: factors of single yarns are bands of it.
-    size : float
-        ``mesh.size`` in yarn radii.
-    nodes : int
-        Of an element.
-
-    Raises
-    ------
-    MeshError
-        With the memory that the size would take, and a size that fits.
+    Factors of single yarns are bands; `bandwidth` is the largest difference of node numbers in an element.
     """
     need = unknowns * (BYTES_AN_UNKNOWN[nodes] + 3.0 * bandwidth * BYTES_AN_ENTRY)
     require_memory(need, "mesh.size", size, f"a simulation of {unknowns:.2g} unknowns", power=4)

@@ -6,17 +6,20 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate
+from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
-from knitstudy.errors import DataFileError, MeshError
+from knitstudy.errors import DataFileError
+from knitstudy.knit.geometry.columns import MESH
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.mesh.section import Section
-from knitstudy.knit.mesh.spacing import (
+from knitstudy.knit.mesh.section import (
     SAME,
     UNIFORM,
     Grading,
+    Section,
     Spacing,
     drawn,
     drawn_angles,
@@ -24,10 +27,11 @@ from knitstudy.knit.mesh.spacing import (
     shrinkage,
     smooth_step,
 )
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 
 
-def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+def rotation_minimising(position: Floats, tangent: Floats) -> Floats:
     """Frames (S, 3, 3) that do not spin about a curve: rows d1, d2 and the tangent.
 
     The first d1 is nearest to z, or to y where the tangent is almost parallel to that.
@@ -57,7 +61,7 @@ def rotation_minimising(position: np.ndarray, tangent: np.ndarray) -> np.ndarray
     return np.stack([d1, np.cross(tangent, d1), tangent], axis=1)
 
 
-def _reflection(normal: np.ndarray) -> np.ndarray:
+def _reflection(normal: Floats) -> Floats:
     """Householder reflections (S, 3, 3) at the planes normal to ``normal`` (S, 3); the identity for 0."""
     square = np.einsum("si,si->s", normal, normal)
     factor = np.divide(2.0, square, out=np.zeros_like(square), where=square > 0)
@@ -73,10 +77,10 @@ TIE_DIGITS = 6  # of a facet step, to which two ways round are equally far: roun
 class Targets(Chosen):
     """Points that the middles of facets of one yarn shall face."""
 
-    arc_length: np.ndarray  # (T,) increasing; where the yarn is nearest to the points. [m]
-    point: np.ndarray  # (T, 3) off the centreline. [m]
+    arc_length: Floats  # (T,) increasing; where the yarn is nearest to the points. [m]
+    point: Floats  # (T, 3) off the centreline. [m]
 
-    def without(self, arc_length: np.ndarray) -> Targets:
+    def without(self, arc_length: Floats) -> Targets:
         """Return all but those at arc lengths (k,) [m]."""
         near = np.abs(self.arc_length[:, None] - arc_length) <= SAME * self.arc_length.max(initial=0.0)
         return self[~near.any(axis=1)]
@@ -86,8 +90,8 @@ NO_TARGETS = Targets(np.empty(0), np.empty((0, 3)))
 
 
 def roll_towards(
-    targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray, angles: np.ndarray
-) -> np.ndarray:
+    targets: Targets, arc_length: Floats, centres: Floats, frames: Floats, angles: Floats
+) -> Floats:
     """Roll (S,) from d1 towards d2 after which every target lies over the middle line of a facet, rad.
 
     Slices have arc lengths (S,), centres (S, 3), frames (S, 3, 3) before the roll, and surface nodes at angles (a,).
@@ -108,11 +112,11 @@ def roll_towards(
     knots = np.stack([arc_length[layer], arc_length[layer + 1]], axis=-1).ravel()
     roll = np.repeat(roll, 2)
     part = np.clip(np.searchsorted(knots, arc_length, side="right") - 1, 0, knots.size - 2)
-    step = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
-    return roll[part] + (roll[part + 1] - roll[part]) * step
+    share = smooth_step((arc_length - knots[part]) / (knots[part + 1] - knots[part]))
+    return roll[part] + (roll[part + 1] - roll[part]) * share
 
 
-def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
+def rolled(frames: Floats, roll: Floats) -> Floats:
     """Frames (S, 3, 3), rows d1, d2, tangent, turned about the tangent by ``roll`` (S,) in rad.
 
     Examples
@@ -125,12 +129,12 @@ def rolled(frames: np.ndarray, roll: np.ndarray) -> np.ndarray:
     return np.stack([cosine * d1 + sine * d2, cosine * d2 - sine * d1, tangent], axis=1)
 
 
-def _layers(targets: Targets, arc_length: np.ndarray) -> np.ndarray:
+def _layers(targets: Targets, arc_length: Floats) -> Ints:
     """Lower slices (T,) of the layers that the targets lie in the middle of."""
     return np.searchsorted(arc_length, targets.arc_length) - 1
 
 
-def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, frames: np.ndarray) -> np.ndarray:
+def bearings(targets: Targets, arc_length: Floats, centres: Floats, frames: Floats) -> Floats:
     """Angles (T,) at which targets are seen from the middles of layers, where facets have their middles."""
     layer = _layers(targets, arc_length)
     seen = targets.point - 0.5 * (centres[layer] + centres[layer + 1])
@@ -143,24 +147,22 @@ def bearings(targets: Targets, arc_length: np.ndarray, centres: np.ndarray, fram
 
 # ---- Sections swept along centrelines
 
+VARIABLES = ("nodes", "hexahedra", "centres", "frames", "arc_length", "first_slice", "radius")
+"""Variables of a file of a mesh that are attributes of the mesh."""
+
 
 @dataclass(frozen=True, eq=False)
 class SweptMesh:
     """Hexahedra of all yarns, numbered yarn by yarn, slice by slice, section node by section node."""
 
-    nodes: np.ndarray  # (S q, 3) coordinates. [m]
+    nodes: Floats  # (S q, 3) coordinates. [m]
     section: Section
     radius: float  # of the yarns. [m]
-    centres: np.ndarray  # (S, 3) centres of the slices. [m]
-    frames: np.ndarray  # (S, 3, 3) rows d1, d2 and the tangent
-    arc_length: np.ndarray  # (S,) from the left end of a yarn. [m]
-    first_slice: np.ndarray  # (Y + 1,) first slice of every yarn, then S
-    # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn (`knit.mesh.spacing`); 0 if omitted
-    pull: np.ndarray | None = None
-
-    def __post_init__(self) -> None:
-        if self.pull is None:
-            object.__setattr__(self, "pull", np.zeros((len(self.arc_length), 2)))
+    centres: Floats  # (S, 3) centres of the slices. [m]
+    frames: Floats  # (S, 3, 3) rows d1, d2 and the tangent
+    arc_length: Floats  # (S,) from the left end of a yarn. [m]
+    first_slice: Ints  # (Y + 1,) first slice of every yarn, then S
+    pull: Floats  # (S, 2) how far, and where to in the plane of d1 and d2, slices are drawn
 
     @property
     def yarns(self) -> int:
@@ -173,22 +175,22 @@ class SweptMesh:
         return self.arc_length.size
 
     @cached_property
-    def yarn_of_slice(self) -> np.ndarray:
+    def yarn_of_slice(self) -> Ints:
         """Yarn of every slice (S,)."""
         return np.repeat(np.arange(self.yarns), np.diff(self.first_slice))
 
     @cached_property
-    def lower_slices(self) -> np.ndarray:
+    def lower_slices(self) -> Ints:
         """Slices (L,) that a layer of elements begins with: all but the last one of every yarn."""
         return np.setdiff1d(np.arange(self.slices), self.first_slice[1:] - 1)
 
     @cached_property
-    def hexahedra(self) -> np.ndarray:
+    def hexahedra(self) -> NDArray[np.int32]:
         """Corner nodes (E, 8) in VTK order; within a yarn layer by layer, in a layer as ``section.quads``."""
         lower = self.lower_slices[:, None, None] * self.section.size + self.section.quads  # (L, e, 4)
         return np.concatenate([lower, lower + self.section.size], axis=-1).reshape(-1, 8).astype(np.int32)
 
-    def slice_below(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def slice_below(self, yarn: Ints, arc_length: Floats) -> Ints:
         """Return the slices (...) that layers begin with in which arc lengths (...) [m] on yarns (...) lie."""
         slices = np.empty(yarn.shape, dtype=np.int64)
         for number, stations in enumerate(self.stations):
@@ -198,98 +200,82 @@ class SweptMesh:
         return slices
 
     @property
-    def stations(self) -> tuple[np.ndarray, ...]:
+    def stations(self) -> tuple[Floats, ...]:
         """Arc lengths of the slices of every yarn, m."""
         return self.by_yarn(self.arc_length)
 
-    def by_yarn(self, values: np.ndarray) -> tuple[np.ndarray, ...]:
+    def by_yarn(self, values: Floats) -> tuple[Floats, ...]:
         """Return values of slices (S, ...) for every yarn."""
         return tuple(np.split(values, self.first_slice[1:-1]))
 
     @cached_property
-    def angles(self) -> np.ndarray:
+    def angles(self) -> Floats:
         """Polar angles (S, a) of the surface nodes of every slice, from d1 towards d2, rad, increasing."""
         return drawn_angles(self.section.angles, self.pull)
 
     @cached_property
-    def shrinkage(self) -> np.ndarray:
+    def shrinkage(self) -> Floats:
         """Lengths in the section around every node (S, q), over the lengths in a section that is not drawn."""
         return shrinkage(self.section.points, self.pull)
 
-    def ring_means(self, values: np.ndarray) -> np.ndarray:
+    def ring_means(self, values: Floats) -> Floats:
         """Means (S, ...) around all slices of nodal values (N, ...); a node counts by its part of the circle."""
         ring = self.section.ring
         weight = self.shrinkage[:, ring]
         on_ring = values[self.slice_nodes(np.arange(self.slices))[:, ring]]
         return np.einsum("sa,sa...->s...", weight / weight.sum(axis=1, keepdims=True), on_ring)
 
-    def facet_at(self, slices: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def facet_at(self, slices: Ints, angle: Floats) -> Ints:
         """Facets (k,) at angles (k,) in rad, counted midway from slices (k,) to the next ones."""
         begin = 0.5 * self.angles[slices] + 0.5 * self.angles[slices + 1]
         turned = begin[:, 0] + np.mod(angle - begin[:, 0], 2 * np.pi)
         return (begin <= turned[:, None]).sum(axis=1) - 1
 
     @cached_property
-    def slice_of_element(self) -> np.ndarray:
+    def slice_of_element(self) -> Ints:
         """Lower slice of every hexahedron (E,)."""
         return np.repeat(self.lower_slices, self.section.quads.shape[0])
 
-    def slice_nodes(self, slices: np.ndarray | int) -> np.ndarray:
+    def slice_nodes(self, slices: Ints | int) -> Ints:
         """Node numbers (..., q) of the given slices (...)."""
         return np.asarray(slices)[..., None] * self.section.size + np.arange(self.section.size)
 
-    def surface_nodes(self, yarn: int) -> np.ndarray:
+    def surface_nodes(self, yarn: int) -> Ints:
         """Grid (slices, angles) of the surface nodes of one yarn."""
         slices = np.arange(*self.first_slice[yarn : yarn + 2])
         return self.slice_nodes(slices)[:, self.section.ring]
 
-    def facet_nodes(self, slices: np.ndarray, facet: np.ndarray) -> np.ndarray:
+    def facet_nodes(self, slices: Ints, facet: Ints) -> Ints:
         """Corners (..., 4) of facets (...) between slices (...) and the next ones."""
         corner = np.stack([facet, facet + 1, facet + 1, facet], axis=-1) % self.section.ring.size
         return (slices[..., None] + [0, 0, 1, 1]) * self.section.size + self.section.ring[corner]
 
-    def surface_quads(self, yarn: int) -> np.ndarray:
+    def surface_quads(self, yarn: int) -> Ints:
         """Facets ((slices - 1) angles, 4) of one yarn's lateral surface, layer by layer, normals outward."""
         facets = np.indices((int(np.diff(self.first_slice)[yarn]) - 1, self.section.ring.size))
         return self.facet_nodes(self.first_slice[yarn] + facets[0], facets[1]).reshape(-1, 4)
 
     def to_dataset(self) -> xr.Dataset:
         """Dataset of everything the mesh consists of (SI units)."""
-        metre, one, section = {"units": "m"}, {"units": "1"}, self.section
-        corners, over_radius = (
-            one | {"long_name": name} for name in ("corner nodes, VTK order", "over the radius")
-        )
-        variables = {
-            "nodes": (("node", "xyz"), self.nodes, metre),
-            "hexahedra": (("element", "corner"), self.hexahedra, corners),
-            "centres": (("slice", "xyz"), self.centres, metre),
-            "frames": (("slice", "director", "xyz"), self.frames, one | {"long_name": "d1, d2, tangent"}),
-            "arc_length": (("slice",), self.arc_length, metre),
-            "first_slice": (("yarn_bound",), self.first_slice, one),
-            "section_points": (("section_node", "plane"), section.points, over_radius),
-            "section_quads": (("section_quad", "quad_corner"), section.quads, one),
-            "section_ring": (("angle",), section.ring, one),
-            "radius": ((), self.radius, metre),
-        }
-        if self.pull.any():
-            variables["pull"] = (("slice", "plane"), self.pull, one)
-        return xr.Dataset(variables)
+        section = {f"section_{name}": getattr(self.section, name) for name in ("points", "quads", "ring")}
+        pull = {"pull": self.pull} if self.pull.any() else {}
+        return xr.Dataset(MESH.variables({name: getattr(self, name) for name in VARIABLES} | section | pull))
 
     @classmethod
     def from_dataset(cls, dataset: xr.Dataset) -> SweptMesh:
         """Mesh from what ``to_dataset`` wrote; DataFileError if a variable is missing."""
         source = dataset.encoding.get("source", "dataset")
-        names = ("nodes", "centres", "frames", "arc_length", "first_slice", "radius")
-        names += ("section_points", "section_quads", "section_ring")
+        names = (*VARIABLES, "section_points", "section_quads", "section_ring")
         missing = [name for name in names if name not in dataset]
         if missing:
             raise DataFileError(
                 f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
             )
-        data = {name: dataset[name].to_numpy() for name in names}
+        data: dict[str, Any] = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
         section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
-        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else None, **data)
+        still = np.zeros((len(data["arc_length"]), 2))
+        return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else still, **data)
 
 
 def sweep(
@@ -299,41 +285,32 @@ def sweep(
     spacing: Spacing | Sequence[Spacing],
     periods: int = 1,
     targets: Sequence[Targets] | None = None,
-    ends: Mapping[int, np.ndarray] | None = None,
+    ends: Mapping[int, Floats] | None = None,
     grading: Grading = UNIFORM,
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 
-    Frames do not spin about the centreline, but for the roll that turns facets to the targets.
+    Frames do not spin about the centreline, but for the roll that turns facets to the targets. `periods` and the `ends`
+    of every yarn are those of `place_slices`.
 
     Parameters
     ----------
     radius : float
-        Yarn radius, m.
+        Of the yarns. [m]
     spacing : Spacing, or a sequence of them
         One a yarn, or one for all.
-    periods : int
-        Number of equally long parts of a yarn (its loops) at whose ends slices stand.
     targets : sequence of Targets, optional
         One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
         one of its facets shall face there.
-    ends : mapping of int to ndarray, optional
-        Arc lengths (k,) by yarn at which slices stand besides, m.
     grading : Grading
         How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
 
     Raises
     ------
     MeshError
-        If an argument is not allowed, or targets are too close together for the spacing or the grading.
+        If targets are too close together for the spacing or the grading.
     """
-    if not centrelines:
-        raise MeshError("no centrelines to mesh; at least 1 yarn")
-    if not radius > 0:
-        raise MeshError(f"yarn radius: {radius} m is not allowed; it must be positive")
     targets = [NO_TARGETS] * len(centrelines) if targets is None else targets
-    if len(targets) != len(centrelines):
-        raise MeshError(f"{len(targets)} targets for {len(centrelines)} centrelines; one a yarn is allowed")
     spacings = [spacing] * len(centrelines) if isinstance(spacing, Spacing) else spacing
     yarns = []
     for yarn, (curve, own, aim) in enumerate(zip(centrelines, spacings, targets, strict=True)):
@@ -356,7 +333,7 @@ def sweep(
     )
 
 
-def tube(centres: np.ndarray, frames: np.ndarray, places: np.ndarray) -> np.ndarray:
+def tube(centres: Floats, frames: Floats, places: Floats) -> Floats:
     """Return points (S, k, 3) at places (S, k, 2) [m] of cross-sections.
 
     Examples

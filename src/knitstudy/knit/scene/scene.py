@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
@@ -264,6 +265,12 @@ class Scene(Part, metaclass=SceneType):
                 vars(parts[name]).clear()
                 vars(parts[name]).update(seen)
         return type(self).model_construct(**labels, **parts)
+
+    @property
+    def friction(self) -> float:
+        """Coefficient of friction of yarns in contact: infinite where they do not slip."""
+        friction = self.kind.interaction.friction
+        return math.inf if friction is None else friction(self.sections["contact"])
 
     @property
     def is_knit(self) -> bool:

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
@@ -17,19 +19,22 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.cylinders import Cylinders
+from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, circular_chords
+from knitstudy.mechanics.contact.indentation import Indentation
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.solid import Penetration
+from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace
 
 
 def project_on_tube(
     centreline: Centreline,
-    points: np.ndarray,  # (k, 3) within a radius of curvature of the centreline [m]
-    guess: np.ndarray,  # (k,) spline parameters near the nearest points
-) -> np.ndarray:
+    points: Floats,  # (k, 3) within a radius of curvature of the centreline [m]
+    guess: Floats,  # (k,) spline parameters near the nearest points
+) -> Floats:
     """Return the spline parameters (k,) of the nearest points of a centreline.
 
     Newton's method on (x - r(u)) . r'(u) = 0; where the curve bends away so strongly that its slope loses its
@@ -63,6 +68,16 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
 
 
 @dataclass(frozen=True, eq=False)
+class YarnContact:
+    """Law and limits of the contact of yarns that are divided in one way."""
+
+    law: Coulomb | Indentation
+    points: int  # Gauss points along each side of a cell
+    overlap: float  # largest penetration of undeformed yarns [m]
+    penetration: Penetration
+
+
+@dataclass(frozen=True, eq=False)
 class Discretisation:
     """Yarns of a specimen, divided.
 
@@ -71,39 +86,45 @@ class Discretisation:
     """
 
     mesh: SweptMesh  # cross-sections at which motion is observed and drawn; its nodes are places
-    nodes: np.ndarray  # (N, 3) undeformed: places, or coefficients of them [m]
-    unity: np.ndarray  # (N,) coefficients of the constant 1
-    yarn: np.ndarray  # (N,) of a node, ascending
-    station: np.ndarray  # (N,) place of a node along all yarns, ascending
+    nodes: Floats  # (N, 3) undeformed: places, or coefficients of them [m]
+    unity: Floats  # (N,) coefficients of the constant 1
+    yarn: Ints  # (N,) of a node, ascending
+    station: Ints  # (N,) place of a node along all yarns, ascending
     # Largest difference of the numbers of two nodes of an element, counted without nodes that depend on others
     bandwidth: int
     # Elements, from nodes (N, 3); raises MeshError where one is folded
-    groups: Callable[[np.ndarray], tuple[ElementGroup, ...]]
-    volume: Callable[[tuple[ElementGroup, ...]], np.ndarray]  # of every node (N,) [m3], from the groups
+    groups: Callable[[Floats], tuple[ElementGroup, ...]]
+    volume: Callable[[tuple[ElementGroup, ...]], Floats]  # of every node (N,) [m3], from the groups
     surfaces: Surfaces  # one of every yarn, for contact
     ends: Grips  # nodes that are held and driven
     # Nodes (k, a) and weights (k, a) whose sum a material point is, from places (k, 3) [m] in or near yarns (k,)
-    locate: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
+    locate: Callable[[Floats, Ints], tuple[Ints, Floats]]
+    rings: Rings  # where the edges of the surfaces' cells across lie along the yarns
     size: float  # length h of an element [m]
     # (M, N) nodes of `mesh` as weighted sums of nodes; None where they are the nodes
-    sampling: sp.csr_matrix | None = None
+    sampling: sp.csr_matrix | Sampling | None = None
     # (N, N) nodes as weighted sums of nodes that depend on no others; the identity if None
     dependence: sp.csr_matrix | None = None
     # (E, a) nodes of hexahedra, in the order of `mesh`, where the elements are hexahedra
-    connectivity: np.ndarray | None = None
-    # Where the edges of the surfaces' cells across lie along the yarns, of surfaces in contact
-    rings: Rings | None = None
+    connectivity: NDArray[np.integer[Any]] | None = None
+    contact: YarnContact | None = None  # None where all crossings are tied
     # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
     # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
     # shows it all
-    missing_compliance: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+    missing_compliance: Callable[[Ints, Floats, float], Floats] | None = None
     space: Space | None = None  # of polynomials and splines
 
-    def sampled(self, values: np.ndarray) -> np.ndarray:
+    @property
+    def splines(self) -> Space:
+        """Space of polynomials and splines, of yarns that have one."""
+        assert self.space is not None
+        return self.space
+
+    def sampled(self, values: Floats) -> Floats:
         """Return values at the nodes of `mesh` (M, ...) from values of the nodes (N, ...)."""
         return values if self.sampling is None else self.sampling @ values
 
-    def nodes_of(self, yarn: int) -> np.ndarray:
+    def nodes_of(self, yarn: int) -> Ints:
         """Return the nodes of a yarn, ascending."""
         return np.flatnonzero(self.yarn == yarn)
 
@@ -111,33 +132,35 @@ class Discretisation:
 COARSE = 3.0  # length of cells away from crossings, over that near them
 
 
-def contact_surfaces(scene: Scene, space: Space, specimen: Fabric) -> tuple[Cylinders, Rings]:
+def contact_surfaces(
+    space: Space,
+    specimen: Fabric,
+    cell: float,  # length of cells near crossings, over the yarn's radius
+    window: float,  # distance from a crossing up to which they have it, over the yarn's radius; 0 if nothing touches
+) -> tuple[Cylinders, Rings]:
     """Return the surfaces of yarns for contact, and where their rings lie; coarse where nothing touches.
 
     Raises ConfigurationError if crossings of a yarn are nearer to each other than the law of contact allows.
     """
     radius, crossings = specimen.radius, specimen.crossings
-    keys = scene.contact if scene.kind.interaction.touches else None
-    cell = (keys.cell if keys else 1.0) * radius
-    window = (keys.window if keys else 0.0) * radius
+    cell, window = cell * radius, window * radius
     along = []
     for number, yarn in enumerate(space.yarns):
         stations = np.sort(crossings.arc_length[crossings.yarn == number])
-        if keys:
-            # The areas of contact of crossings must be alone.
-            nearest = np.diff(stations).min(initial=np.inf)
-            if nearest < window:
-                raise ConfigurationError(
-                    f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
-                    f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
-                )
+        # The areas of contact of crossings must be alone.
+        nearest = np.diff(stations).min(initial=np.inf)
+        if nearest < window:
+            raise ConfigurationError(
+                f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
+                f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+            )
         along.append(_edges(yarn, stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))
     parameters = tuple(surfaces.edges(number)[0] for number in range(len(along)))
     return surfaces, Rings(parameters, tuple(along))
 
 
-def _edges(yarn: YarnSpace, stations: np.ndarray, window: float, cell: float) -> np.ndarray:
+def _edges(yarn: YarnSpace, stations: Floats, window: float, cell: float) -> Floats:
     """Return the arc lengths (m + 1,) of edges of cells on a yarn and the images that continue it [m]."""
     length = yarn.spline.spans[yarn.own][-1, 1]
     periods = length * np.arange(-1, 2)[:, None]
@@ -163,13 +186,13 @@ def _edges(yarn: YarnSpace, stations: np.ndarray, window: float, cell: float) ->
 PLACES = 8  # places a span at which the shape of a yarn is fitted
 
 
-def fitted_places(own: YarnSpace) -> np.ndarray:
+def fitted_places(own: YarnSpace) -> Floats:
     """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
     low, high = own.spline.spans[own.own].T
     return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
 
 
-def evenly(stops: np.ndarray, counts: np.ndarray) -> np.ndarray:
+def evenly(stops: Floats, counts: Ints) -> Floats:
     """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them.
 
     Examples

@@ -24,33 +24,26 @@ from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.gates import (
-    require_integrated_contact,
-    require_seen_contact,
-    require_stiff_contact,
-)
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
+from knitstudy.knit.scene.shared_sections import FacetContact
+from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, project_on_tube
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.indentation import Indentation, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.contact.patch_compliance import moments, polar_rule
-from knitstudy.mechanics.materials import material_of
 from knitstudy.mechanics.model import DRAG
-from knitstudy.mechanics.solid import Penetration
 
 
 @dataclass(frozen=True)
 class Discs:
     """Discs (D,) at some of the crossings of a fabric."""
 
-    crossing: np.ndarray  # (D,)
-    centre: np.ndarray  # (D, 3) middles of the closest points [m]
-    axes: np.ndarray  # (D, 2, 3) unit vectors in the tangent plane, the first along the lower row's yarn
+    crossing: Ints  # (D,)
+    centre: Floats  # (D, 3) middles of the closest points [m]
+    axes: Floats  # (D, 2, 3) unit vectors in the tangent plane, the first along the lower row's yarn
     radius: float  # [m]
 
     @classmethod
-    def of(cls, fabric: Fabric, crossing: np.ndarray, radius: float) -> Discs:
+    def of(cls, fabric: Fabric, crossing: Ints, radius: float) -> Discs:
         """Return the discs of a radius [m] at crossings (D,) of a fabric."""
         crossings = fabric.crossings
         ends = crossings.point[crossing]
@@ -64,13 +57,13 @@ class Discs:
         along /= np.linalg.norm(along, axis=1, keepdims=True)
         return cls(crossing, ends.mean(axis=1), np.stack([along, np.cross(normal, along)], axis=1), radius)
 
-    def points(self, rule: np.ndarray) -> np.ndarray:
+    def points(self, rule: Floats) -> Floats:
         """Return the places (D, q, 3) [m] of points (q, 2) of the unit disc."""
         return self.centre[:, None] + self.radius * rule @ self.axes
 
 
 def _continued(
-    fabric: Fabric, parts: Discretisation, discs: Discs, side: int, places: np.ndarray
+    fabric: Fabric, parts: Discretisation, discs: Discs, side: int, places: Floats
 ) -> sp.csr_matrix:
     """Return the weighted sums (D q, N) of nodes that one yarn, continued, is at points of the discs.
 
@@ -96,7 +89,7 @@ def _continued(
     )
 
 
-def _sums(parts: Discretisation, points: np.ndarray, yarn: np.ndarray, factor: np.ndarray) -> sp.csr_matrix:
+def _sums(parts: Discretisation, points: Floats, yarn: Ints, factor: Floats) -> sp.csr_matrix:
     """Return the weights (k, N) of nodes at points (k, 3), times factors (k,)."""
     nodes, weight = parts.locate(points, yarn)
     rows = np.arange(len(points) + 1) * nodes.shape[1]
@@ -126,9 +119,9 @@ BESIDE = 1.5
 class Equations(NamedTuple):
     """Constraints x_slave = sum of weights times x_master."""
 
-    slave: np.ndarray  # (S,)
-    master: np.ndarray  # (S, c)
-    weight: np.ndarray  # (S, c); 0 is no term
+    slave: Ints  # (S,)
+    master: Ints  # (S, c)
+    weight: Floats  # (S, c); 0 is no term
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +131,7 @@ class Ties:
     discs: Discs
     # (3 D, N) mean and linear moments of the upper yarn's displacement less the lower one's, as sums of nodes
     moments: sp.csr_matrix
-    stiffness: np.ndarray  # (D, 3) of the three moments [N/m]
+    stiffness: Floats  # (D, 3) of the three moments [N/m]
     crossings: int  # K, whether tied or not
 
     @cached_property
@@ -150,16 +143,17 @@ class Ties:
         return sp.csr_matrix(0.5 * (matrix + matrix.T))
 
     @cached_property
-    def joined(self) -> np.ndarray:
+    def joined(self) -> Ints:
         """Nodes that the ties act on, ascending."""
         return np.unique(self.moments.indices)
 
-    def free(self, places: np.ndarray) -> np.ndarray:
+    def free(self, places: Floats) -> Bools:
         """Return which (k,) of undeformed places (k, 3) [m] lie outside of all ties."""
         within = BESIDE * self.discs.radius
-        return cKDTree(self.discs.centre).query(places, distance_upper_bound=within)[0] >= within  # inf: none
+        nearest = cKDTree(self.discs.centre).query(places, distance_upper_bound=within)[0]  # inf: none
+        return np.asarray(nearest) >= within
 
-    def constants(self) -> dict[str, np.ndarray]:
+    def constants(self) -> dict[str, Floats]:
         """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""
         tied = np.zeros(self.crossings, dtype=np.int8)
         area, centroid = np.full(self.crossings, np.nan), np.full((self.crossings, 3), np.nan)
@@ -175,20 +169,20 @@ class Ties:
             "tie_least_stiffness": float(self.stiffness.min(initial=np.inf)),
         }
 
-    def resultants(self, displacement: np.ndarray) -> np.ndarray:
+    def resultants(self, displacement: Floats) -> Floats:
         """Return the force (K, 3) of every tie on the lower row's yarn [N], from displacements (N, 3) of nodes [m]."""
         total = np.zeros((self.crossings, 3))
         mean = (self.moments @ displacement).reshape(-1, 3, 3)[:, 0]  # of (disc, moment, component)
         total[self.discs.crossing] = self.stiffness[:, :1] * mean
         return total
 
-    def equations(self, fixed: np.ndarray) -> Equations:
+    def equations(self, fixed: Ints) -> Equations:
         """Return the ties as rigid constraints whose slaves are none of the nodes `fixed` (k,).
 
         The three nodes of a disc that its moments weigh most are the slaves; discs that share nodes are solved
         together, so that no slave is in another's sum.
         """
-        touched = (self.moments != 0).astype(np.int8)
+        touched = sp.csr_matrix(abs(self.moments) > 0, dtype=np.int8)
         count, group = connected_components(touched @ touched.T, directed=False)
         slaves, sums = [], []
         for number in range(count):
@@ -211,7 +205,7 @@ class Ties:
 def tie_crossings(
     parts: Discretisation,
     fabric: Fabric,
-    tied: np.ndarray,  # (K,)
+    tied: Bools,  # (K,)
     radius: float,  # of the discs, over the yarn's
     youngs_modulus: float,  # of the yarns [Pa]
 ) -> Ties:
@@ -254,12 +248,12 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
             f"{room[worst, side] / fabric.radius:.3g} radii from the end of yarn {yarn[worst, side]}: use a smaller one"
         )
     if len(discs.crossing) > 1:
-        apart, other = cKDTree(discs.centre).query(discs.centre, k=2)
-        worst = int(np.argmin(apart[:, 1]))
-        if apart[worst, 1] < 2 * discs.radius:
+        apart, other = map(np.asarray, cKDTree(discs.centre).query(discs.centre, k=2))
+        closest = int(np.argmin(apart[:, 1]))
+        if apart[closest, 1] < 2 * discs.radius:
             raise MeshError(
-                f"tie.radius is {radius:g} radii, but crossings {discs.crossing[worst]} and "
-                f"{discs.crossing[other[worst, 1]]} lie {apart[worst, 1] / fabric.radius:.3g} radii apart: use "
+                f"tie.radius is {radius:g} radii, but crossings {discs.crossing[closest]} and "
+                f"{discs.crossing[other[closest, 1]]} lie {apart[closest, 1] / fabric.radius:.3g} radii apart: use "
                 "less than half of that"
             )
 
@@ -268,81 +262,35 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
 MARGIN = 0.3
 
 
-def contact_of(scene: Scene, yarns: Discretisation, ties: Ties, meets: np.ndarray | None) -> Contact:
-    """Return the contact of those yarns of a scene that meet, as `Contact` has it, outside of their ties.
+def contact_of(yarns: Discretisation, keys: YarnContact, ties: Ties, meets: Bools | None) -> Contact:
+    """Return the contact of those yarns that meet, as `Contact` has it, outside of their ties.
 
     Raises MeshError if yarns overlap before anything moves.
     """
     return Contact(
         yarns.nodes,
         yarns.surfaces,
-        contact_law(scene, yarns),
+        keys.law,
         meets=meets,
         free=ties.free,
-        points=scene.contact.points,
+        points=keys.points,
         margin=MARGIN * yarns.mesh.radius,
-        overlap=scene.contact.penetration * yarns.size,
+        overlap=keys.overlap,
     )
 
 
-def contact_law(scene: Scene, yarns: Discretisation) -> Coulomb | Indentation:
-    """Return the law of a scene; yarns without hexahedra may add the local indentation that they do not resolve."""
-    if scene.value("mesh.crossing_degree") is not None:
-        require_integrated_contact(scene)
-        modulus, poisson = material_of(scene.yarn).across
-        return indentation(
-            scene.mesh.crossing_degree,
-            scene.mesh.crossing_span,
-            scene.mesh.spline_degree,
-            modulus=modulus,
-            poisson=poisson,
-            radius=yarns.mesh.radius,
-            friction=scene.kind.interaction.friction(scene.contact),
-        )
-    require_seen_contact(scene, yarns.size)
-    require_stiff_contact(scene, "contact.tangential_stiffness", patch=np.pi)  # of a facet's size
-    return penalties(scene, yarns.size)
+def penalties(keys: FacetContact, youngs_modulus: float, friction: float, size: float) -> Coulomb:
+    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m]; no slip at all with infinite friction."""
+    unit = youngs_modulus / size
+    return Coulomb(keys.normal_stiffness * unit, keys.tangential_stiffness * unit, friction)
 
 
-def penalties(scene: Scene, size: float) -> Coulomb:
-    """Return stiffnesses as ratios to E / h (Table 1), h = `size` [m], with no slip at all where contact is rough."""
-    unit = scene.yarn.youngs_modulus / size
-    return Coulomb(
-        normal=scene.contact.normal_stiffness * unit,
-        tangential=scene.contact.tangential_stiffness * unit,
-        friction=scene.kind.interaction.friction(scene.contact),
-    )
-
-
-# Depth up to which the parabola beyond the tables of the law serves, over theirs: jerseys at 30 % wale strain carry the
-# same within 0.01 % with tables of degree 3, at 1.8 times their depth, and of degree 4, at 2.5 times theirs
-FURTHER = 2.5
-
-
-def penetration_of(scene: Scene, law: Coulomb | Indentation, size: float) -> Penetration:
-    """Return the penetration limit of a scene with elements of a size [m]."""
-    if isinstance(law, Indentation):
-        return Penetration(
-            FURTHER * law.end,
-            remedy="the law of indentation is not verified beyond: use a smaller load, a smaller "
-            "mesh.crossing_degree, or hexahedra",
-        )
-    return Penetration(
-        scene.contact.penetration * size,
-        scene.contact.augmentations,
-        "Use a larger contact.normal_stiffness or contact.augmentations",
-    )
-
-
-def drag_of(scene: Scene, yarns: Discretisation, ties: Ties, volume: np.ndarray) -> np.ndarray | None:
+def drag_of(yarns: Discretisation, fixed: Ints, volume: Floats, youngs_modulus: float) -> Floats | None:
     """Return the drag (N,) on yarns that nothing but contact can hold, None if there are none [N/m].
 
-    They have neither tie nor grip; a driven grip that is free across the load holds none. `volume` (N,) is that of
-    every node [m3].
+    None of their nodes is `fixed` (k,) by a tie or a grip. `volume` (N,) is that of every node [m3].
     """
-    grips = [yarns.ends.held] + [yarns.ends.driven] * (scene.load.lateral == "fixed")
-    fixed = np.concatenate([*grips, ties.joined])
     free = ~np.isin(yarns.yarn, yarns.yarn[fixed])
     if not free.any():
         return None
-    return np.where(free, DRAG * scene.yarn.youngs_modulus * volume / yarns.size**2, 0.0)
+    return np.where(free, DRAG * youngs_modulus * volume / yarns.size**2, 0.0)

@@ -27,16 +27,16 @@ from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import Yarn
+from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
+from knitstudy.knit.scene.specimens import Knit
 from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
-from knitstudy.mechanics.beams.beam import LinearSprings, Section, SectionLaw
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LinearSprings, SectionLaw
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
@@ -46,25 +46,25 @@ SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
 class Network:
     """Yarns as chains of straight beam elements, joined where they touch."""
 
-    nodes: np.ndarray  # (N, 3) nodes that carry unknowns [m]
-    ends: np.ndarray  # (E, 2) node at either end of every element
-    offsets: np.ndarray  # (E, 2, 3) from that node to the end of the element [m]
+    nodes: Floats  # (N, 3) nodes that carry unknowns [m]
+    ends: Ints  # (E, 2) node at either end of every element
+    offsets: Floats  # (E, 2, 3) from that node to the end of the element [m]
     arms_turn: bool  # whether offsets are rigid arms; see `BeamModel`
-    yarns_side_by_side: np.ndarray  # (E,) yarns that an element stands for
+    yarns_side_by_side: Floats | Ints  # (E,) yarns that an element stands for
     stations: Stations  # the points of all yarns, one yarn after the other, in order of arc length
-    station_node: np.ndarray  # (S,) node that carries a station
-    station_offset: np.ndarray  # (S, 3) from that node to the station [m]
+    station_node: Ints  # (S,) node that carries a station
+    station_offset: Floats  # (S, 3) from that node to the station [m]
     # Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this
     beam_nodes: int
     springs: LinearSprings = field(default_factory=LinearSprings.none)  # springs between yarns
     joints: Joints | None = None  # of the crossings; None where crossings are nodes of the network
     # (E, 3) mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where
     # elements do not follow a yarn
-    curvature: np.ndarray | None = None
+    curvature: Floats | None = None
     # Of its rows, which strains along the wales refer to; None where it is that of the knit [m]
     height: float | None = None
     # (E,), share of normal forces in what loads the elements on their surface
-    pressed: float | np.ndarray = 0.0
+    pressed: float | Floats = 0.0
     polygon: float = 0.0  # by how much its straight beams are too stiff as they are bent; see `_polygon`
 
     def section(self, yarn: Yarn, law: str) -> SectionLaw:
@@ -76,7 +76,7 @@ class Network:
         where = self.nodes, self.ends, self.section(yarn, law), yarn.radius, self.offsets
         return BeamModel(*where, self.arms_turn, self.springs, contact)
 
-    def station_displacement(self, model: BeamModel, state: BeamState) -> np.ndarray:
+    def station_displacement(self, model: BeamModel, state: BeamState) -> Floats:
         """Return the displacement (S, 3) of the stations [m]."""
         return model.carried(state, self.station_node, self.station_offset) - self.stations.position
 
@@ -84,9 +84,9 @@ class Network:
 def section_of(
     yarn: Yarn,
     law: str,
-    curvature: np.ndarray | None,
-    count: float | np.ndarray = 1.0,
-    pressed: float | np.ndarray = 0.0,
+    curvature: Floats | None,
+    count: float | Floats | Ints = 1.0,
+    pressed: float | Floats = 0.0,
 ) -> SectionLaw:
     """Return the section of beams that stand for `count` yarns each, bent as `curvature` (E, 3) [1/m] as drawn.
 
@@ -101,17 +101,18 @@ def section_of(
     >>> round(float(section.EA / section.EI) * 1e-6, 3)  # 16 / d^2 of a solid circle [1/mm2]
     4.938
     """
-    circle = Section.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
-    own = {name: getattr(yarn, key, None) for name, key in OWN.items()}
-    own = {name: value * np.asarray(count) for name, value in own.items() if value is not None}
-    if "EA" in own:
-        own["kGA"] = circle.kGA / circle.EA * own["EA"]
     if law == "curved" and curvature is not None:
         return CurvedSection(yarn.radius, yarn.youngs_modulus, yarn.poisson_ratio, curvature, pressed=pressed)
+    circle = BeamSection.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio, count)
+    if not isinstance(yarn, BeamYarn):
+        return circle
+    given = {"EA": yarn.stretching, "EI": yarn.bending, "GJ": yarn.twisting}
+    own: dict[str, Any] = {
+        name: value * np.asarray(count) for name, value in given.items() if value is not None
+    }
+    if "EA" in own:
+        own["kGA"] = circle.kGA / circle.EA * own["EA"]
     return replace(circle, **own)
-
-
-OWN = {"EA": "stretching", "EI": "bending", "GJ": "twisting"}  # keys of the yarn
 
 
 def grips(network: Network, fabric: Fabric, direction: str) -> Grips:
@@ -140,18 +141,17 @@ def tension(grips: Grips, motion: Motion, lateral: str) -> PrescribedDisplacemen
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops)
 
 
-def require_named(scene: Scene, key: str, what: str, given: xr.Dataset | None) -> None:
-    """Refuse results of another simulation unless a key of the scene names it, and the other way round."""
-    wanted = scene.value(key)
-    if (wanted is None) != (given is None):
+def require_named(key: str, named: str | None, what: str, given: xr.Dataset | None) -> None:
+    """Refuse results of another simulation unless a key names it, and the other way round; ConfigurationError."""
+    if (named is None) != (given is None):
         raise ConfigurationError(
-            f"{key} of scene {scene.name} is {wanted or 'empty'}, and {what} are {'not ' if given is None else ''}"
+            f"{key} is {named or 'empty'}, and {what} are {'not ' if given is None else ''}"
             "given: they must be given where it names one, and only there"
         )
 
 
 def problem(
-    scene: Scene, fabric: Fabric, network: Network, constants: Mapping[str, np.ndarray] | None = None
+    scene: Knit, fabric: Fabric, network: Network, constants: Mapping[str, Floats] | None = None
 ) -> Problem:
     """Return joined beams with the load of a scene, and constants for its history."""
     model = network.model(scene.yarn, scene.value("mesh.section_law") or "straight")
@@ -162,14 +162,14 @@ def problem(
         network,
         model=model,
         observer=NetworkObserver(network, model),
-        settings=settings_of(scene, touches=False),
+        settings=settings_of(scene.solver, touches=False),
         constants={"joint_stiffness": joints.stiffness, **(constants or {})} if joints else {},
         attributes={"open_crossings": int(joints.open.sum())} if joints else {},
     )
 
 
 def loaded(
-    scene: Scene,
+    scene: Knit,
     fabric: Fabric,
     network: Network,
     attributes: dict[str, Any],
@@ -180,7 +180,7 @@ def loaded(
 
     Raises MeshError if its beams are too long for the bends of the yarns.
     """
-    require_fine_beams(scene, network.polygon)
+    require_fine_beams(scene.value("gates.polygon"), scene.value("mesh.beam_size"), network.polygon)
     motion = load_path(scene, fabric)
     if network.height is not None and scene.load.direction == "wale":
         # Strains refer to the height of the network.
@@ -193,7 +193,7 @@ def loaded(
         motion=motion,
         driven=6 * ends.driven[:, None] + np.arange(3),
         stations=network.stations,
-        checks=(*checks, partial(require_sound, scene, None)),
+        checks=(*checks, partial(require_sound, gates=scene.gates, yarn=scene.yarn)),
         attributes={"dof": 6 * network.beam_nodes, "elements": len(network.ends)} | attributes,
         **given,
     )
@@ -223,15 +223,13 @@ class NetworkObserver:
 BYTES_A_NODE = 8_200  # of a simulation of beams; measured were 7.9 to 8.2 kB, from 0.5 to 0.02 mm
 
 
-def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr.Dataset:
-    """Return the contacts that are given, or else predicted by the geometry.
+def contacts_of(fabric: Fabric, contacts: xr.Dataset | None, tie: Tie | None = None) -> xr.Dataset:
+    """Return the contacts that are given, or else predicted by the geometry with areas of ties, or of usual ones.
 
     Raises DataFileError if they do not describe every crossing of the fabric.
     """
     if contacts is None:
-        # Networks whose yarns slide have no key of ties; those of solids that slide have areas of the default radius.
-        radius = scene.value("tie.radius") or Tie.model_fields["radius"].default
-        return contacts_of_crossings(fabric, radius)
+        return contacts_of_crossings(fabric, (tie or Tie()).radius)
     crossings, count = fabric.crossings, contacts.sizes["crossing"]
     same = count == len(crossings.row) and all(
         np.array_equal(contacts[name], getattr(crossings, name)) for name in ("row", "column", "zone", "yarn")
@@ -241,9 +239,9 @@ def contacts_of(scene: Scene, fabric: Fabric, contacts: xr.Dataset | None) -> xr
             f"the contacts describe {count} crossings that are not the {len(crossings.row)} of a "
             f"{fabric.cells[0]} x {fabric.cells[1]} knit: contacts and knit must be of the same scene"
         )
-    whole = np.isfinite(contacts["centroid"]).all("xyz") & np.isfinite(contacts["normal"]).all("xyz")
+    whole = np.isfinite([contacts[name].to_numpy() for name in ("centroid", "normal")]).all(axis=(0, 2))
     if not whole.all():
-        k = int(np.argmin(whole.to_numpy()))
+        k = int(np.argmin(whole))
         raise DataFileError(
             f"the contact at row {crossings.row[k]}, column {crossings.column[k]}, zone {crossings.zone[k]} "
             "has no centroid or no normal: a joint needs both"
@@ -258,20 +256,20 @@ def spatial_network(
     size: float,
     joint: str = "rigid",  # of ties: "rigid" or "printed", see the module
     joints: Joints | None = None,  # by default all crossings are tied
-    stops: Mapping[int, np.ndarray] | None = None,  # arc lengths [m] by yarn that have a node as well
+    stops: Mapping[int, Floats] | None = None,  # arc lengths [m] by yarn that have a node as well
 ) -> Network:
     """Return the network of a fabric.
 
     Raises MeshError if the network does not fit into memory; GeometryError if two contacts of a yarn share a point C,
     or one lies at a stop.
     """
-    nodes = sum(centreline.length for centreline in fabric.centrelines) / (size * fabric.radius)
-    require_memory(nodes * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {nodes:.2g} nodes", power=1)
+    number = sum(centreline.length for centreline in fabric.centrelines) / (size * fabric.radius)
+    require_memory(number * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {number:.2g} nodes", power=1)
     joints, stops = joints or Joints.all_tied(len(contacts.yarn)), stops or {}
     pieces = []
-    for number, line in enumerate(fabric.centrelines):
-        inner = np.append(contacts.arc_length[contacts.yarn == number], stops.get(number, ()))
-        pieces.append(_divide(inner, line.length, size * fabric.radius, number))
+    for yarn_number, line in enumerate(fabric.centrelines):
+        inner = np.append(contacts.arc_length[contacts.yarn == yarn_number], stops.get(yarn_number, ()))
+        pieces.append(_divide(inner, line.length, size * fabric.radius, yarn_number))
     count = np.array([len(s) for s in pieces])
     yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
@@ -306,19 +304,19 @@ def spatial_network(
 RING = 0.33
 
 
-def _polygon(fabric: Fabric, pieces: list[np.ndarray]) -> float:
+def _polygon(fabric: Fabric, pieces: list[Floats]) -> float:
     """Return by how much elements between arc lengths of every yarn are too stiff, estimated: the mean of rings."""
     place, weight = np.polynomial.legendre.leggauss(8)
-    turned = length = 0.0
+    turned, length = 0.0, 0.0
     for line, s in zip(fabric.centrelines, pieces, strict=True):
         size = np.diff(s)
         inside = s[:-1, None] + size[:, None] * 0.5 * (1 + place)
         angle = size * (line.curvature(inside.ravel()).reshape(inside.shape) @ (0.5 * weight))
-        turned, length = turned + size @ angle**2, length + size.sum()
+        turned, length = turned + float(size @ angle**2), length + float(size.sum())
     return RING * turned / length
 
 
-def turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
+def turns(before: Floats, after: Floats) -> Floats:
     """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad].
 
     Examples
@@ -332,7 +330,7 @@ def turns(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0)[:, None] * axis
 
 
-def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndarray:
+def _divide(inner: Floats, length: float, size: float, yarn: int) -> Floats:
     """Return the arc lengths of the beam nodes of one yarn: its ends, stops inside, and even steps between."""
     stops = np.concatenate([[0.0], np.sort(inner), [length]])
     gaps = np.diff(stops)
@@ -346,7 +344,7 @@ def _divide(inner: np.ndarray, length: float, size: float, yarn: int) -> np.ndar
     return evenly(stops, counts)
 
 
-def _tie(position: np.ndarray, pairs: np.ndarray, centroid: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _tie(position: Floats, pairs: Ints, centroid: Floats) -> tuple[Ints, Floats]:
     """Node of every station, and the positions of the nodes: tied pairs (t, 2) share one at their centroid (t, 3)."""
     master = np.arange(len(position))
     master[pairs[:, 1]] = pairs[:, 0]

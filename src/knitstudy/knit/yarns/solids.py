@@ -22,17 +22,18 @@ from knitstudy.knit.contacts.kinematics import section_motion
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.gates import require_sound
 from knitstudy.knit.loading.history import Motion, Stations, load_path
-from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import Discretisation
 from knitstudy.knit.yarns.interactions import (
     Ties,
     contact_of,
     drag_of,
-    penetration_of,
     tie_crossings,
 )
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
@@ -52,10 +53,10 @@ class SolidYarns:
     model: SolidModel
     ties: Ties
     facets: CrossingFacets
-    retained: np.ndarray  # (n,) nodes that depend on no others, ascending
+    retained: Ints  # (n,) nodes that depend on no others, ascending
 
     @cached_property
-    def unknown(self) -> np.ndarray:
+    def unknown(self) -> Ints:
         """Position of every node (N,) among those retained, -1 where it depends on others."""
         position = np.full(len(self.parts.nodes), -1)
         position[self.retained] = np.arange(len(self.retained))
@@ -73,14 +74,14 @@ class SolidYarns:
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        attributes = self.ties.attributes()
-        if self.touches:
-            contact, limit = self.model.contact, self.model.penetration.limit
+        attributes, contact = self.ties.attributes(), self.model.contact
+        if contact is not None:
+            limit = self.model.penetration.limit
             attributes |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
             attributes |= {"friction": contact.law.friction, "penetration_limit": limit}
         return attributes
 
-    def fields(self, state: SolidState) -> dict[str, np.ndarray]:
+    def fields(self, state: SolidState) -> dict[str, Floats]:
         """Return the variables of a history that are known at its last increment alone."""
         return {"node_displacement": self.model.node_displacement(state)}
 
@@ -90,14 +91,14 @@ class SolidYarns:
         moved = self.model.node_displacement(state)
         displacement = parts.sampled(moved)
         force = self.ties.resultants(moved)
-        contact, points = {}, {}
-        if self.touches:
+        touching, points, contact = {}, {}, self.model.contact
+        if contact is not None:
             near = self.model.contact_points(state)
-            points = touching_points(self.model.contact, near, facets, parts.rings)
+            points = touching_points(contact, near, facets, parts.rings)
             force += crossing_forces(points, len(force))
-            gap = self.model.contact.smallest_gap(near)
+            gap = contact.smallest_gap(near)
             # Where nothing is near there is no gap.
-            contact = {
+            touching = {
                 "smallest_gap": gap if np.isfinite(gap) else np.nan,
                 "augmentations": state.augmentations,
             }
@@ -109,24 +110,27 @@ class SolidYarns:
             "section_gradient": sections.gradient,
             "section_displacement": sections.displacement,
         }
-        return columns | contact, points
+        return columns | touching, points
 
 
 def assemble(
     scene: Scene,
+    tie: Tie,
     fabric: Fabric,
     parts: Discretisation,
-    tied: np.ndarray | None = None,  # (K,) crossings that are tied; by default as the scene says
+    tied: Bools | None = None,  # (K,) crossings that are tied; by default as the scene says
     spread: sp.csr_matrix | None = None,  # (N, n) nodes as sums of the retained ones, where all are retained
     # bool (Y, Y), which yarns may touch; by default all, themselves included
-    meets: np.ndarray | None = None,
+    meets: Bools | None = None,
 ) -> SolidYarns:
     """Return the solid yarns of a scene: tied at some crossings, in contact elsewhere if the scene says so.
 
     Raises MeshError if an element is folded, a crossing cannot be tied, or yarns overlap.
     """
-    tied = tied_crossings(scene, fabric.crossings) if tied is None else tied
-    ties = tie_crossings(parts, fabric, tied, scene.tie.radius, scene.yarn.youngs_modulus)
+    if tied is None:
+        edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
+        tied = tied_crossings(fabric.crossings, scene.kind.interaction.touches, edges, direction)
+    ties = tie_crossings(parts, fabric, tied, tie.radius, scene.yarn.youngs_modulus)
     facets = CrossingFacets.of(fabric.crossings, parts.mesh)
     groups = parts.groups(parts.nodes)
     volume = parts.volume(groups)
@@ -138,14 +142,16 @@ def assemble(
         own = volume if spread is None else spread.T @ volume
         stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
     solids = (parts.nodes, groups, parts.size, spread, stabilisation, ties.links)
-    if not scene.kind.interaction.touches:
+    if parts.contact is None:
         return SolidYarns(parts, SolidModel(*solids), ties, facets, retained)
-    contact = contact_of(scene, parts, ties, meets)
+    # A driven grip that is free across the load holds no yarn.
+    grips = [parts.ends.held] + [parts.ends.driven] * (scene.load.lateral == "fixed")
+    fixed = np.concatenate([*grips, ties.joined])
     model = SolidModel(
         *solids,
-        contact=contact,
-        penetration=penetration_of(scene, contact.law, parts.size),
-        drag=None if viscosity else drag_of(scene, parts, ties, volume),
+        contact=contact_of(parts, parts.contact, ties, meets),
+        penetration=parts.contact.penetration,
+        drag=None if viscosity else drag_of(parts, fixed, volume, scene.yarn.youngs_modulus),
     )
     return SolidYarns(parts, model, ties, facets, retained)
 
@@ -154,23 +160,37 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     """Return solid yarns with the load of a scene, observers and checks."""
     model = yarns.model
     motion = load_path(scene, fabric)
-    prescribed, driven = _prescribed(yarns, scene, motion)
+    prescribed, driven = _prescribed(yarns, motion, scene.load.lateral)
     # No correction may exceed the distance within which contact is searched.
-    stride = model.contact.margin if yarns.touches else np.inf
+    stride = np.inf if model.contact is None else model.contact.margin
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
-        solver=linear_solver(scene.solver.linear, yarns, prescribed),
-        settings=settings_of(scene, yarns.touches, stride),
+        solver=linear_solver(scene.value("solver.linear"), yarns, prescribed),
+        settings=settings_of(scene.solver, yarns.touches, stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh),
         observer=SolidObserver(yarns),
-        checks=(partial(require_sound, scene, model.loaded),),
+        checks=(sound(scene, model),),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
         attributes={"dof": yarns.parts.nodes.size, "elements": yarns.elements, **yarns.attributes()},
+    )
+
+
+def sound(scene: Scene, model: SolidModel) -> Check:
+    """Return the check of increments of solid yarns by the gates of a scene."""
+    penalties = "contact.normal_stiffness and tangential_stiffness"
+    return partial(
+        require_sound,
+        gates=scene.gates,
+        yarn=scene.yarn,
+        stiffness=penalties,
+        hourglass=scene.value("solver.hourglass") or 0.0,
+        stabilisation=scene.value("solver.stabilisation") or 0.0,
+        loaded=model.loaded,
     )
 
 
@@ -179,11 +199,11 @@ def stations_of(mesh: SweptMesh) -> Stations:
     return Stations(mesh.yarn_of_slice, mesh.arc_length, mesh.centres)
 
 
-def _prescribed(yarns: SolidYarns, scene: Scene, motion: Motion) -> tuple[PrescribedDisplacement, np.ndarray]:
+def _prescribed(yarns: SolidYarns, motion: Motion, lateral: str) -> tuple[PrescribedDisplacement, Ints]:
     """Return prescribed unknowns, and the unknowns of driven nodes (k, 3) whose forces add up to the reaction."""
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
-    axes = range(3) if scene.load.lateral == "fixed" else [motion.axis]
+    axes = range(3) if lateral == "fixed" else [motion.axis]
     components, moved = driven[:, axes], motion.displacement[:, axes]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))
@@ -206,7 +226,9 @@ class SolidObserver:
         """
         parts, mesh = self.yarns.parts, self.yarns.parts.mesh
         columns, points = self.yarns.record(increment.state)
-        force = increment.response.node_force.copy()
+        node_force = increment.response.node_force
+        assert node_force is not None  # of solids
+        force = node_force.copy()
         force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
         position = parts.nodes + self.yarns.model.node_displacement(increment.state)
         stations = mesh.centres + columns["centreline_displacement"]

@@ -24,6 +24,7 @@ from typing import Protocol
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.rotation import Halfway, exp, hat, log
 
@@ -35,7 +36,7 @@ SLENDERNESS = 0.25  # slenderness compensation factor of Abaqus' B31
 class SectionLaw(Protocol):
     """Stiffness of beam elements."""
 
-    def stiffness(self, chord: np.ndarray) -> np.ndarray:
+    def stiffness(self, chord: Floats) -> Floats:
         """Return C (E, 6, 6) of elements with the reference chords (E, 3) [m].
 
         It takes (Gamma, K) to (n, m) where elements have not turned: [N], [N m], in global axes.
@@ -43,20 +44,22 @@ class SectionLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class Section:
+class BeamSection:
     """Stiffness of a section that is the same in all directions; floats, or one value an element (E,)."""
 
-    EA: float | np.ndarray  # axial stiffness [N]
-    kGA: float | np.ndarray  # shear stiffness [N]
-    EI: float | np.ndarray  # bending stiffness [N m2]
-    GJ: float | np.ndarray  # torsional stiffness [N m2]
+    EA: float | Floats  # axial stiffness [N]
+    kGA: float | Floats  # shear stiffness [N]
+    EI: float | Floats  # bending stiffness [N m2]
+    GJ: float | Floats  # torsional stiffness [N m2]
     # slenderness compensation factor: an element of length L has the shear stiffness kGA / (1 + slenderness L^2
     # EA / (12 EI)). One integration point alone makes an element in S-shaped bending as stiff as its shear; this
     # bounds it. 0 leaves kGA as it is
     slenderness: float = 0.0
 
     @classmethod
-    def circular(cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count=1.0) -> Section:
+    def circular(
+        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | Floats = 1.0
+    ) -> BeamSection:
         """Return the section of `count` solid circular yarns side by side, with the constants of Abaqus' B31.
 
         The shear factor 0.89 and the slenderness compensation factor 0.25 are that element's defaults. Cowper
@@ -79,7 +82,7 @@ class Section:
 
         Examples
         --------
-        >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+        >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
         >>> float(round(section.EA, 3))  # [N]
         78.54
         """
@@ -98,7 +101,7 @@ class Section:
             slenderness=SLENDERNESS,
         )
 
-    def stiffness(self, chord: np.ndarray) -> np.ndarray:
+    def stiffness(self, chord: Floats) -> Floats:
         """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`."""
         length = np.linalg.norm(chord, axis=1)
         t = chord / length[:, None]
@@ -114,15 +117,15 @@ class Section:
 class Elements(Chosen):
     """Reference state and stiffness of E elements."""
 
-    length: np.ndarray  # (E,), reference length L [m]
-    axis: np.ndarray  # (E, 3), reference direction t0
+    length: Floats  # (E,), reference length L [m]
+    axis: Floats  # (E, 3), reference direction t0
     # (E, 6, 6) C, force [N] and moment [N m] over strain and curvature [1/m], in global axes as the reference
     # stands
-    law: np.ndarray
-    natural: np.ndarray | float = 0.0  # (E, 3), curvature K_0 at which they are free of stress [1/m]
+    law: Floats
+    natural: Floats | float = 0.0  # (E, 3), curvature K_0 at which they are free of stress [1/m]
 
     @classmethod
-    def between(cls, chord: np.ndarray, section: SectionLaw, natural: np.ndarray | float = 0.0) -> Elements:
+    def between(cls, chord: Floats, section: SectionLaw, natural: Floats | float = 0.0) -> Elements:
         """Return the elements with the reference chords (E, 3) [m] and the natural curvatures (E, 3) [1/m].
 
         Raises GeometryError if an element has no length.
@@ -138,21 +141,19 @@ class Elements(Chosen):
 class Deformation:
     """Kinematics and section forces of E elements in one state, in global axes."""
 
-    Rm: np.ndarray  # (E, 3, 3), rotation halfway between the ends
-    e: np.ndarray  # (E, 3), chord [m]
-    Th: np.ndarray  # (E, 3), rotation of the second end against the first [rad]
-    Gamma: np.ndarray  # (E, 3), strain
-    K: np.ndarray  # (E, 3), curvature beyond the natural one [1/m]
-    n: np.ndarray  # (E, 3), section force [N]
-    m: np.ndarray  # (E, 3), section moment [N m]
-    q: np.ndarray  # (E, 3), moment n x e of the section force over the element [N m]
-    f_D: np.ndarray  # (E, 3), moment that works on the difference of the end spins: H m + b Th x q [N m]
+    Rm: Floats  # (E, 3, 3), rotation halfway between the ends
+    e: Floats  # (E, 3), chord [m]
+    Th: Floats  # (E, 3), rotation of the second end against the first [rad]
+    Gamma: Floats  # (E, 3), strain
+    K: Floats  # (E, 3), curvature beyond the natural one [1/m]
+    n: Floats  # (E, 3), section force [N]
+    m: Floats  # (E, 3), section moment [N m]
+    q: Floats  # (E, 3), moment n x e of the section force over the element [N m]
+    f_D: Floats  # (E, 3), moment that works on the difference of the end spins: H m + b Th x q [N m]
     halfway: Halfway  # scalars of the rotation maps
 
 
-def deform(
-    elements: Elements, chord: np.ndarray, R1: np.ndarray, R2: np.ndarray, released: float = 1.0
-) -> Deformation:
+def deform(elements: Elements, chord: Floats, R1: Floats, R2: Floats, released: float = 1.0) -> Deformation:
     """Return the deformation for chords (E, 3) [m], end rotations (E, 3, 3) and a share of the natural curvature.
 
     Elements whose ends have turned by more than `LARGEST_ANGLE` against each other get forces of nan: a
@@ -175,12 +176,12 @@ def deform(
     return Deformation(Rm, chord, Th, Gamma, K, n, m, q, f_D, halfway)
 
 
-def energy(elements: Elements, now: Deformation) -> np.ndarray:
+def energy(elements: Elements, now: Deformation) -> Floats:
     """Return the stored energy (E,) [J].
 
     Examples
     --------
-    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
     >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> stretched = deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight)
     >>> float(round(energy(beam, stretched)[0], 6))  # EA e^2 L / 2 [J]
@@ -190,12 +191,12 @@ def energy(elements: Elements, now: Deformation) -> np.ndarray:
     return 0.5 * elements.length * work
 
 
-def force(now: Deformation) -> np.ndarray:
+def force(now: Deformation) -> Floats:
     """Return the end forces (E, 4, 3): force [N] and moment [N m] of the first end, then of the second.
 
     Examples
     --------
-    >>> section = Section.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
+    >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
     >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> force(deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight))[0, 2].round(3)  # EA e [N]
     array([7.854, 0.   , 0.   ])
@@ -204,7 +205,7 @@ def force(now: Deformation) -> np.ndarray:
     return np.stack([-now.n, half_q - now.f_D, now.n, half_q + now.f_D], axis=1)
 
 
-def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
+def stiffness(elements: Elements, now: Deformation) -> Floats:
     """Return the exact derivative (E, 12, 12) of `force` over (u1, w1, u2, w2), with spins from the left.
 
     Set up for the changes of n, q and f_D with E' = u2 - u1, the mean spin S and the difference D of the end
@@ -254,7 +255,7 @@ def stiffness(elements: Elements, now: Deformation) -> np.ndarray:
 _SPINS = ((1, -1), (3, 1))
 
 
-def _outer(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def _outer(first: Floats, second: Floats) -> Floats:
     """Return the dyads (E, 3, 3) of vectors (E, 3)."""
     return first[:, :, None] * second[:, None, :]
 
@@ -270,27 +271,96 @@ class LinearSprings(Chosen):
     the reference it is of second order in the stretch, otherwise of first order.
     """
 
-    ends: np.ndarray  # int (K, 2), nodes that carry the points
-    offsets: np.ndarray  # (K, 2, 3), from the node to its point, in the reference [m]
+    ends: Ints  # (K, 2), nodes that carry the points
+    offsets: Floats  # (K, 2, 3), from the node to its point, in the reference [m]
     # (K, 3, 3), symmetric matrices k; diagonal if the springs stand along x, y and z [N/m]
-    stiffness: np.ndarray
+    stiffness: Floats
 
     @classmethod
     def none(cls) -> LinearSprings:
         """Return no springs."""
         return cls(np.empty((0, 2), dtype=int), np.empty((0, 2, 3)), np.empty((0, 3, 3)))
 
-    def at_points(self, stretch: np.ndarray) -> np.ndarray:
+    def at_points(self, stretch: Floats) -> Floats:
         """Return internal force and moment (K, 4, 3) at the first points, then at the second [N, N m].
 
         `stretch` d (K, 3) [m] is the displacement of the second points relative to the first.
         """
         return _SIDES[:, None] * np.einsum("kij,kj->ki", self.stiffness, stretch)[:, None]
 
-    def stiffness_at_points(self) -> np.ndarray:
+    def stiffness_at_points(self) -> Floats:
         """Return the derivative (K, 12, 12) of `at_points` over the motion (u0, w0, u1, w1) of the points."""
         blocks = np.einsum("a,b,kij->kaibj", _SIDES, _SIDES, self.stiffness)
         return blocks.reshape(-1, 12, 12)
 
 
 _SIDES = np.array([-1.0, 0.0, 1.0, 0.0])  # of force and moment at the first point, then at the second
+
+
+# State of a network of beams, and the history of its contact at the last converged increment
+
+
+@dataclass(frozen=True, eq=False)
+class CommittedPoints:
+    """Points of contact at the last converged increment."""
+
+    position: Floats  # (p, 3) [m]
+    rotation: Floats  # (p, 3, 3), of the sections
+    vectors: Floats  # (2, 3), of the lattice [m]
+    diameter: float  # of the yarns [m]
+
+
+@dataclass(frozen=True, eq=False)
+class LineHistory(Chosen):
+    """History of the pairs of points that touched at the last converged increment, and all points then."""
+
+    key: Ints  # (m,), ascending; which pairs
+    arm: Floats  # (m, 2, 3), from the centres to the points that met, in the sections' axes [m]
+    normal: Floats  # (m, 2, 3), at the closest points of both yarns, in the axes of both sections
+    share: Floats  # (m,), part of the pairs' force along it
+    density: Floats  # (m,), c times the lengths of both pieces [m2]
+    thinning: Floats  # (m,), its derivative by the distance [m]
+    shape: Floats  # (m,), factor of F(delta) by the shape of the contact
+    distance: Floats  # (m,), r [m]
+    force: Floats  # (m,), their part of the force [N]
+    shear: Floats  # (m, 2, 3, 3), S in the axes of both sections
+    spring: Floats  # (m,), k [N/m]
+    traction: Floats  # (m, 2, 3), friction on j in the axes of both sections [N]
+    stored: Floats  # (m,), energy of elastic slip [J]
+    dissipated: float = 0.0  # work of friction so far [J]
+    points: CommittedPoints | None = None  # None: nothing has been converged yet
+
+    @classmethod
+    def none(cls) -> LineHistory:
+        """Return the history of yarns that have not touched."""
+        one, both = np.zeros(0), np.zeros((0, 2, 3))
+        key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
+        return cls(key, both, both, one, one, one, one, one, one, square, one, both, one)
+
+
+@dataclass(frozen=True, eq=False)
+class BeamContactHistory:
+    """History of contact at the last converged increment: of pairs of points and of K crossings."""
+
+    points: LineHistory
+    on_stations: Floats  # (S, 3), internal forces of contact [N]
+    force: Floats  # (K, 3), of contact on the first yarn [N]
+    # (K + 1,), of the yarns at their closest points, at last of those without a crossing; nan where none are near [m]
+    gap: Floats
+    slip: Floats  # (K,), mean length slid since first contact [m]
+
+
+@dataclass(frozen=True, eq=False)
+class BeamState:
+    """Configuration of N nodes, or of points that nodes carry."""
+
+    position: Floats  # (N, 3), positions [m]
+    rotation: Floats  # (N, 3, 3), rotations from the reference, where they are the identity
+    contact: BeamContactHistory | None = None
+    released: float = 1.0  # share of the elements' natural curvature that acts
+
+    @property
+    def contact_history(self) -> BeamContactHistory:
+        """History of contact of a state that a model with contact has made."""
+        assert self.contact is not None, "this state is of a model without contact"
+        return self.contact

@@ -14,11 +14,12 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.state import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
@@ -32,10 +33,10 @@ class BeamContact:
         self,
         line: LineContact,
         points: ContactPoints,
-        node: np.ndarray,  # int (S,), node that carries a station
-        offset: np.ndarray,  # (S, 3), rigid arm from that node to the station, in the reference [m]
-        yarn: np.ndarray,  # int (K, 2), of crossings
-        arc_length: np.ndarray,  # (K, 2) [m]
+        node: Ints,  # (S,), node that carries a station
+        offset: Floats,  # (S, 3), rigid arm from that node to the station, in the reference [m]
+        yarn: Ints,  # (K, 2), of crossings
+        arc_length: Floats,  # (K, 2) [m]
     ) -> None:
         self.line, self.points, self.node, self.offset = line, points, node, offset
         self.yarn, self._points_follow = yarn, points.spread(NO_MOVES)
@@ -71,18 +72,18 @@ class BeamContact:
 
     def respond(
         self, state: BeamState, stiffness: bool = False
-    ) -> tuple[np.ndarray, dict[str, float], sp.bsr_matrix | None]:
+    ) -> tuple[Floats, dict[str, float], sp.bsr_matrix | None]:
         """Return internal forces (S, 6) on the stations, energies and, if asked, the tangent (6 S + 3, 6 S + 3)."""
         points, active = self._active(state)
         force, energy, tangent = self.line.respond(
-            points, NO_LATTICE, state.contact.points, stiffness, active, self._points_follow
+            points, NO_LATTICE, state.contact_history.points, stiffness, active, self._points_follow
         )
         return self._on_stations(force), energy, tangent
 
     def _find_active(self, state: BeamState) -> tuple[BeamState, ActivePairs]:
         """Return the points of contact, and what touches."""
         points = self.at_points(state)
-        return points, self.line.active_pairs(points, NO_LATTICE, state.contact.points)
+        return points, self.line.active_pairs(points, NO_LATTICE, state.contact_history.points)
 
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
@@ -90,7 +91,7 @@ class BeamContact:
         near, way = self.line.pairs(before, NO_LATTICE, near=True), self.at_points(other).position - before
         return float(np.linalg.norm(way[near.j] - way[near.i], axis=1).max(initial=0.0))
 
-    def _on_stations(self, force: np.ndarray) -> np.ndarray:
+    def _on_stations(self, force: Floats) -> Floats:
         """Return forces and moments (S, 6) of those on points and lattice vectors (6 p + 6,)."""
         return self._points_follow.forces(force)[:-3].reshape(-1, 6)
 
@@ -111,13 +112,13 @@ class BeamContact:
             response,
             force=force.ravel(),
             energy=response.energy | energy,
-            status=np.zeros(1),  # Contact begins softly, but a force may still jump within a step.
+            status=np.zeros(
+                1, dtype=np.int64
+            ),  # Contact begins softly, but a force may still jump within a step.
             stiffness=stiffness,
         )
 
-    def _about_nodes(
-        self, tangent: sp.bsr_matrix, force: np.ndarray, arm: np.ndarray, count: int
-    ) -> sp.bsr_matrix:
+    def _about_nodes(self, tangent: sp.bsr_matrix, force: Floats, arm: Floats, count: int) -> sp.bsr_matrix:
         """Return a tangent over stations, on which forces (S, 6) act, over the motion of nodes that carry them."""
         lever, rows = hat(arm), np.arange(2 * len(arm) + 1)
         motion = np.tile(np.eye(6), (len(arm), 1, 1))
@@ -132,7 +133,7 @@ class BeamContact:
         total.sort_indices()  # so that sums are sorted as well: factors need that
         return total + sp.bsr_matrix((turning, nodes[:-1], nodes))
 
-    def _crossings(self, pairs: PointPairs) -> tuple[np.ndarray, np.ndarray]:
+    def _crossings(self, pairs: PointPairs) -> tuple[Ints, Bools]:
         """Return the crossings (k,) that are nearest to pairs along their yarns, and whether i is on the first yarn.
 
         Pairs of yarns that have no crossing are at crossing K.
@@ -141,11 +142,11 @@ class BeamContact:
         _, near = self._tree.query(np.sort(at, axis=1), distance_upper_bound=self._apart)
         return near, (at[:, 0] < at[:, 1]) != self._turned[near]
 
-    def _place(self, yarn: np.ndarray, arc_length: np.ndarray) -> np.ndarray:
+    def _place(self, yarn: Ints, arc_length: Floats) -> Floats:
         """Return places on one axis, yarn after yarn."""
         return 4 * self._apart * yarn + arc_length
 
-    def _gaps(self, points: BeamState) -> tuple[np.ndarray, PointPairs, np.ndarray]:
+    def _gaps(self, points: BeamState) -> tuple[Ints, PointPairs, Floats]:
         """Return crossings (m,) where yarns are near each other, their nearest points, and all gaps (K + 1,)."""
         near, gap = (
             self.line.pairs(points.position, NO_LATTICE, near=True),
@@ -169,7 +170,7 @@ class BeamContact:
 
         Raises ConvergenceError if yarns that pressed each other touch at the end of one of them.
         """
-        past, points, count = state.contact, self.at_points(state), len(self.yarn)
+        past, points, count = state.contact_history, self.at_points(state), len(self.yarn)
         active = self.line.active_pairs(points, NO_LATTICE, past.points, slip=True)
         loads = self.line.loads(points, NO_LATTICE, active)
         pairs, friction, on_j = active.pairs, active.friction, loads.on_j

@@ -8,12 +8,12 @@ from functools import lru_cache
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.assembly import Assembly, Batch
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import LinearSprings
+from knitstudy.mechanics.beams.beam import BeamState, LinearSprings
 from knitstudy.mechanics.beams.beam_contact import BeamContact
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.model import Memoryless, Response
 from knitstudy.mechanics.rotation import exp, hat
 
@@ -30,19 +30,19 @@ class BeamModel(Memoryless):
 
     def __init__(
         self,
-        nodes: np.ndarray,  # (N, 3), reference positions [m]
-        ends: np.ndarray,  # int (E, 2), the nodes that the two ends of every element belong to
+        nodes: Floats,  # (N, 3), reference positions [m]
+        ends: Ints,  # (E, 2), the nodes that the two ends of every element belong to
         section: beam.SectionLaw,  # stiffness of the elements
         radius: float,  # length that makes rotations comparable with displacements [m]
         # (E, 2, 3), from the node to the element's end, in the reference [m]; none if left out
-        offsets: np.ndarray | None = None,
+        offsets: Floats | None = None,
         # whether the offsets are rigid arms that turn with their node. Arms that only follow its translation
         # give all ends at a node equal displacements and rotations, at the price of a couple: see `couples`
         arms_turn: bool = True,
         # springs between nodes, or between points that they carry in the same way; none if left out
         springs: LinearSprings | None = None,
         contact: BeamContact | None = None,  # of stations on rigid arms
-        natural: np.ndarray | float = 0.0,  # (E, 3), curvature of the beams free of stress, see `beam` [1/m]
+        natural: Floats | float = 0.0,  # (E, 3), curvature of the beams free of stress, see `beam` [1/m]
     ) -> None:
         self.nodes = np.asarray(nodes, dtype=float)
         self.springs = springs or LinearSprings.none()
@@ -67,7 +67,7 @@ class BeamModel(Memoryless):
         self._least_force = UNLOADED * rounding * float(along.mean())
         groups = [ends, self.springs.ends] if len(self.springs.ends) else [ends]
         self._assembly = Assembly(groups, len(self.nodes), block=self.block, pairs=4 * BATCH)
-        armed = self.offsets.any(axis=(1, 2))
+        armed = np.any(self.offsets, axis=(1, 2))
         self._armed = [np.flatnonzero(armed[first : first + batch.count]) for batch, first in self._batches()]
 
     def start(self) -> BeamState:
@@ -75,13 +75,13 @@ class BeamModel(Memoryless):
         state = BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
         return state if self.contact is None else replace(state, contact=self.contact.start(state))
 
-    def advance(self, state: BeamState, step: np.ndarray) -> BeamState:
+    def advance(self, state: BeamState, step: Floats) -> BeamState:
         """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
         step = np.asarray(step).reshape(-1, 2, 3)
         rotation = exp(step[:, 1]) @ state.rotation
         return replace(state, position=state.position + step[:, 0], rotation=rotation)
 
-    def motion_of_neighbours(self, state: BeamState, step: np.ndarray) -> float:
+    def motion_of_neighbours(self, state: BeamState, step: Floats) -> float:
         """Return the largest motion against each other of points of yarns that are near each other [m].
 
         A step (size,) moves large knits by many diameters, but yarns that are near each other by little. Where nothing
@@ -114,13 +114,13 @@ class BeamModel(Memoryless):
         )
         return response if self.contact is None else self.contact.added(response, state)
 
-    def carried(self, state: BeamState, node: np.ndarray, offset: np.ndarray) -> np.ndarray:
+    def carried(self, state: BeamState, node: Ints, offset: Floats) -> Floats:
         """Return the positions (k, 3) [m] of points that nodes (k,) carry at reference offsets (k, 3) [m]."""
         if self.arms_turn:
             offset = np.einsum("kij,kj->ki", state.rotation[node], offset)
         return state.position[node] + offset
 
-    def couples(self, state: BeamState) -> np.ndarray:
+    def couples(self, state: BeamState) -> Floats:
         """Return the moments (N, 3) [N m] that joints take from the network and give to no node.
 
         With arms that only follow, ends that a node joins across a distance, with forces F at offsets o from it
@@ -139,7 +139,7 @@ class BeamModel(Memoryless):
 
     def _evaluate(
         self, state: BeamState
-    ) -> tuple[np.ndarray, np.ndarray, list[tuple[beam.Elements, beam.Deformation]], np.ndarray]:
+    ) -> tuple[Floats, Floats, list[tuple[beam.Elements, beam.Deformation]], Floats]:
         """Return current arms, ways from end to end, beams with their deformation, and the forces at all ends.
 
         Arms are (E + K, 2, 3), ways (E + K, 3), forces and moments (E + K, 4, 3): of beams, then of springs. There are
@@ -156,13 +156,13 @@ class BeamModel(Memoryless):
         def deformed(number: int) -> tuple[beam.Elements, beam.Deformation]:
             part = parts[number]
             elements, turned = self.elements[part], state.rotation[self.ends[part]].swapaxes(0, 1)
-            return elements, beam.deform(elements, chord[part], *turned, state.released)
+            return elements, beam.deform(elements, chord[part], turned[0], turned[1], state.released)
 
         now = share(deformed, len(parts))
         return arm, chord, now, np.concatenate([*(beam.force(each) for _, each in now), pull])
 
     def _tangent(
-        self, now: list[tuple[beam.Elements, beam.Deformation]], at_ends: np.ndarray, arm: np.ndarray
+        self, now: list[tuple[beam.Elements, beam.Deformation]], at_ends: Floats, arm: Floats
     ) -> sp.spmatrix:
         """Return the tangent of beams and springs, from their forces at all ends and the arms there."""
         total, batches = self._assembly.begin_stiffness(), self._batches()
@@ -187,7 +187,7 @@ class BeamModel(Memoryless):
         return [(batch, batch.part.start + self.beams * batch.group) for batch in self._assembly.batches]
 
 
-def _about_nodes(stiffness: np.ndarray, force: np.ndarray, arm: np.ndarray) -> np.ndarray:
+def _about_nodes(stiffness: Floats, force: Floats, arm: Floats) -> Floats:
     """Return the stiffness (E, 12, 12) over the motion of nodes that carry the ends by rigid arms (E, 2, 3).
 
     The end forces (E, 4, 3), F and M, act on the node as F and M + r x F with the current arm r.

@@ -12,9 +12,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import GeometryError
+from knitstudy.mechanics.arrays import Floats, Ints
 
 
-def parabolas(knots: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def parabolas(knots: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:
     """Return weights (n, 3) of three values, and for both derivatives, of parabolas through knots (n, 3) at (n,).
 
     Examples
@@ -28,7 +29,7 @@ def parabolas(knots: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return per * way.prod(axis=2), per * way.sum(axis=2), 2 * per
 
 
-def beside(yarn: np.ndarray, count: np.ndarray | int, closed: bool) -> tuple[np.ndarray, np.ndarray]:
+def beside(yarn: Ints, count: Ints | int, closed: bool) -> tuple[Ints, Ints]:
     """Return three of the places (n, 3) of yarns (n,), so many apart, and how many periods away (n, 3) they are.
 
     The middle one is the place itself, but for the ends of yarns that are not closed.
@@ -53,7 +54,7 @@ class Spread:
     def __init__(self, matrix: sp.bsr_matrix) -> None:
         self.matrix, self._transposed = matrix, matrix.T.tobsr()
 
-    def forces(self, force: np.ndarray) -> np.ndarray:
+    def forces(self, force: Floats) -> Floats:
         """Return the forces on the unknowns of forces (6 p + 6,)."""
         return self._transposed @ force
 
@@ -66,20 +67,20 @@ class Spread:
 class ContactPoints:
     """Points of contact of yarns with stations; the section of the nearest station turns them."""
 
-    yarn: np.ndarray  # int (p,)
-    arc_length: np.ndarray  # (p,) [m]
-    weight: np.ndarray  # (p,), length that they stand for [m]
-    station: np.ndarray  # int (p,), whose section it is
+    yarn: Ints  # (p,)
+    arc_length: Floats  # (p,) [m]
+    weight: Floats  # (p,), length that they stand for [m]
+    station: Ints  # (p,), whose section it is
     weights: sp.csr_matrix  # (p, n), of the positions of stations
-    around: np.ndarray  # (p,), the same of images of stations, in periods along the yarn
+    around: Floats  # (p,), the same of images of stations, in periods along the yarn
 
     @classmethod
     def of(
         cls,
-        yarn: np.ndarray,  # int (n,), of the stations; stations of a yarn follow each other
-        arc_length: np.ndarray,  # (n,), rising [m]
+        yarn: Ints,  # (n,), of the stations; stations of a yarn follow each other
+        arc_length: Floats,  # (n,), rising [m]
         per_station: int,  # points for every station
-        period: np.ndarray | None = None,  # (Y,), lengths of yarns that go on as their own images [m]
+        period: Floats | None = None,  # (Y,), lengths of yarns that go on as their own images [m]
     ) -> ContactPoints:
         """Return the points; raises GeometryError if a yarn has fewer than three stations."""
         number, count = np.unique(yarn, return_counts=True)
@@ -106,12 +107,12 @@ class ContactPoints:
         return cls(yarn[station], at, (high - low)[station] / per_station, station, weights, around)
 
     @property
-    def ends(self) -> np.ndarray:
+    def ends(self) -> Ints:
         """First and last points (m,) of yarns."""
         first = np.flatnonzero(np.diff(self.yarn, prepend=-1))
         return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
 
-    def spread(self, moves: np.ndarray) -> Spread:
+    def spread(self, moves: Floats) -> Spread:
         """Return how places and turns of points and the lattice vectors (6 p + 6,) follow the unknowns (6 n + 3,).
 
         Unknowns are places and turns of stations, and three of the lattice, by which `moves` (2, 3, 3) are the
@@ -130,19 +131,19 @@ class ContactPoints:
 class Axes:
     """Derivatives of the yarns by arc length at their points."""
 
-    points: np.ndarray  # int (n, 3), through which parabolas lead
-    image: np.ndarray  # int (n, 3), how many periods along the yarn they are away
-    first: np.ndarray  # (n, 3), weights of the tangent [1/m]
-    second: np.ndarray  # (n, 3), weights of the second derivative [1/m2]
+    points: Ints  # (n, 3), through which parabolas lead
+    image: Ints  # (n, 3), how many periods along the yarn they are away
+    first: Floats  # (n, 3), weights of the tangent [1/m]
+    second: Floats  # (n, 3), weights of the second derivative [1/m2]
 
     @classmethod
     def of(
         cls,
-        yarn: np.ndarray,
-        arc_length: np.ndarray,
-        weight: np.ndarray,
+        yarn: Ints,
+        arc_length: Floats,
+        weight: Floats,
         length: float,  # from a point to both others, nearly [m]
-        period: np.ndarray | None,
+        period: Floats | None,
     ) -> Axes:
         """Return the derivatives at points; arguments as for `ContactPoints`."""
         points, image = beside(yarn, np.maximum(np.rint(length / weight), 1).astype(int), period is not None)
@@ -152,9 +153,7 @@ class Axes:
         _, first, second = parabolas(knots, arc_length)
         return cls(points, image, first, second)
 
-    def at(
-        self, which: np.ndarray, position: np.ndarray, vectors: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def at(self, which: Ints, position: Floats, vectors: Floats) -> tuple[Floats, Floats]:
         """Return the derivatives (k, 3) at some points (k,), of all points (n, 3) and lattice vectors (2, 3) [m]."""
         place = position[self.points[which]] + self.image[which][..., None] * vectors[0]
         return tuple(np.einsum("np,npi->ni", weights[which], place) for weights in (self.first, self.second))

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from knitstudy.errors import GeometryError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.beam import SLENDERNESS
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.spline_yarn import basis as disc
@@ -53,7 +54,7 @@ def _table(poisson_ratio: float) -> np.ndarray:
     return chebyshev.chebfit(nodes, values.reshape(-1, 36), 2 * NODES - 1).reshape(-1, 6, 6)
 
 
-def compliances(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
+def compliances(bends: Floats, poisson_ratio: float) -> np.ndarray:
     """Return the compliances S (k, 6, 6) of rods of radius 1 and modulus 1 with curvatures (k,) up to `TIGHTEST`.
 
     Rows and columns are (n_N, n_B, n_t, m_N, m_B, m_t).
@@ -72,7 +73,7 @@ def section_compliance(
     bend: float,  # curvature times radius, k
     poisson_ratio: float,
     degree: int = DEGREE,  # of the polynomials of the warping
-) -> np.ndarray:
+) -> Floats:
     """Return the compliance S (6, 6) of a rod of radius 1, modulus 1 and curvature `bend` below 1.
 
     Examples
@@ -106,7 +107,7 @@ class _Disc:
         self.value, self.along_x, self.along_y = every[..., np.concatenate(kept)]
 
 
-def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> np.ndarray:
+def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> Floats:
     """Return the compliance (3, 3) of the forces that one symmetry has."""
     f = list(forces)
     T = _balance(bend)[np.ix_(f, f)]
@@ -136,7 +137,7 @@ def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int,
     return e.T @ e
 
 
-def _balance(bend: float) -> np.ndarray:
+def _balance(bend: float) -> Floats:
     """The matrix T of f' = T f."""
     T = np.zeros((6, 6))
     T[0, 2], T[2, 0] = -bend, bend
@@ -145,7 +146,7 @@ def _balance(bend: float) -> np.ndarray:
     return T
 
 
-def _strains(section: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _strains(section: _Disc, bend: float) -> tuple[Floats, Floats, Floats]:
     """Strains (q, 6, .) NN, BB, tt, NB, Nt, Bt by the warping, its slope along the rod, and the section's strains."""
     (N, B, t), (N_x, B_x, t_x), (N_y, B_y, t_y) = section.value, section.along_x, section.along_y
     g = (1.0 - bend * section.x)[:, None]
@@ -157,7 +158,7 @@ def _strains(section: _Disc, bend: float) -> tuple[np.ndarray, np.ndarray, np.nd
     return of_warping, of_slope, of_strain
 
 
-def _rigid(section: _Disc) -> np.ndarray:
+def _rigid(section: _Disc) -> Floats:
     """Displacements (q, 3, 6) of the section's points by its translations and rotations."""
     rigid = np.zeros((len(section.x), 3, 6))
     rigid[:, range(3), range(3)] = 1.0
@@ -186,7 +187,7 @@ def _rigid(section: _Disc) -> np.ndarray:
 # + 16 nu^2), and the mean of both compliances has Hutchinson's (2001), 6 (1 + nu)^2 / (7 + 12 nu + 4 nu^2).
 
 
-def eased_by_pressure(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
+def eased_by_pressure(bends: Floats, poisson_ratio: float) -> Floats:
     """Return by how much S (k, 6, 6) is less in rods that are loaded by normal forces on their surface.
 
     Examples
@@ -210,8 +211,8 @@ def eased_by_pressure(bends: np.ndarray, poisson_ratio: float) -> np.ndarray:
 class CurvedSection:
     """Solid circular sections of one isotropic material, in rods that are bent without stress.
 
-    Where a rod is straight this is `Section.circular`, with the shear factor of the strain energy (0.847 at nu = 0.42)
-    for 0.89.
+    Where a rod is straight this is `BeamSection.circular`, with the shear factor of the strain energy for 0.89 (0.847
+    at nu = 0.42).
     """
 
     radius: float  # [m]
@@ -219,11 +220,11 @@ class CurvedSection:
     poisson_ratio: float
     # (E, 3), mean curvature vector t x dt/ds of the undeformed rod over every element: along the binormal
     # [1/m]
-    curvature: np.ndarray
-    slenderness: float = SLENDERNESS  # see `Section`
-    pressed: float | np.ndarray = 0.0  # (E,), share of normal forces in what loads the rod on its surface
+    curvature: Floats
+    slenderness: float = SLENDERNESS  # see `BeamSection`
+    pressed: float | Floats = 0.0  # (E,), share of normal forces in what loads the rod on its surface
 
-    def stiffness(self, chord: np.ndarray) -> np.ndarray:
+    def stiffness(self, chord: Floats) -> Floats:
         """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`.
 
         Raises GeometryError if a rod is bent more tightly than the law is known for.
@@ -240,7 +241,7 @@ class CurvedSection:
         turn[:, :3, :3] = turn[:, 3:, 3:] = frame
         return turn.swapaxes(1, 2) @ law @ turn
 
-    def _frames(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _frames(self, t: Floats) -> tuple[Floats, Floats]:
         """Rows N, B, t (E, 3, 3) of elements along t, and their curvature over 1 / radius (E,)."""
         across = self.curvature - np.einsum("ei,ei->e", self.curvature, t)[:, None] * t
         bend = self.radius * np.linalg.norm(across, axis=1)

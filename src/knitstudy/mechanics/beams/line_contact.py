@@ -12,7 +12,7 @@ V follows from the force F of two straight yarns that cross at a right angle. A 
     U(d) = 2 pi int_d^D V(r) r dr,   F = 2 pi d V(d),   V(r) = F(r) / (2 pi r).
 
 Without c, yarns at an angle would carry F / sin(angle), and yarns that bend towards each other far too much. The
-density c of `hertz.Patch` makes of it the force of two curved surfaces. It depends on the tangents of both pieces and
+density c of `laws.Patch` makes of it the force of two curved surfaces. It depends on the tangents of both pieces and
 on their curvatures along the way between them, which are differences of neighbouring points; forces and tangent are the
 first and second derivatives of U with all of that. Parallel yarns have a force per length that grows with the approach
 to the exponent less a half: for F of Hertz's exponent 1.5 it is linear, as that of cylinders nearly is.
@@ -34,8 +34,10 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.mechanics.batches import by_parts, parts, share
+from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.contact_points import Axes, Spread
-from knitstudy.mechanics.beams.hertz import Expansion
+from knitstudy.mechanics.beams.expansion import Expansion
+from knitstudy.mechanics.beams.laws import Repulsion
 from knitstudy.mechanics.beams.line_friction import (
     ActivePairs,
     PairFriction,
@@ -46,8 +48,6 @@ from knitstudy.mechanics.beams.line_friction import (
     unslipped_history,
 )
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
-from knitstudy.mechanics.beams.repulsion import Repulsion
-from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 
 NEAR = 1.1  # distance up to which pairs are near each other, and have a history, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points
@@ -181,8 +181,8 @@ class LineContact:
             z, U = self.energy(pairs[part], at.position, vectors, second)
             return z, U.value, U.slope, *((U.bend,) if second else ())
 
-        z, *U = by_parts(energy, len(pairs.i), at_a_time(len(pairs.i)))
-        U = Expansion(*U) if second else Expansion(*U, None)
+        z, value, gradient, *bend = by_parts(energy, len(pairs.i), at_a_time(len(pairs.i)))
+        U = Expansion(value, gradient, bend[0] if second else None)
         slope = np.tensordot(U.slope, TWICE, 1) @ z
         on_j = slope[:, W].copy()
         on_j[friction.pair] -= friction.traction
@@ -231,10 +231,12 @@ class LineContact:
     def _tangent(self, loads: Loads, n: int, spread: Spread | None = None) -> sp.bsr_matrix:
         """Return the tangent over n points and the lattice vectors, or what they follow; some pairs at a time."""
         pairs, friction, U = loads.pairs, loads.friction, loads.energy
+        assert U.bend is not None, "loads were asked for without second derivatives"
+        bend = U.bend
 
         def normal_blocks(part: slice) -> tuple[np.ndarray, np.ndarray]:
             J = np.tensordot(loads.z[part], TWICE, (1, 2)).transpose(0, 2, 3, 1).reshape(-1, len(ONE), 15)
-            hessian = J.swapaxes(1, 2) @ U.bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
+            hessian = J.swapaxes(1, 2) @ bend[part] @ J + np.tensordot(U.slope[part], SECOND, 1)
             at, weights = self._weights(pairs[part], n)
             k, _, a = weights.shape
             # sum over c, d of w_cp w_dq d2U / dz_ci dz_dj

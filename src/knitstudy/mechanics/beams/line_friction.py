@@ -2,7 +2,7 @@
 
 Friction acts at the middle between two points. Its traction t follows the slip u of the points of both sections that
 met there, dt = k S du, up to mu times the part of their force along the normal at the closest points of both yarns. S
-is the share of the patch (Mindlin 1949, `hertz.Patch.shear`). Beyond Coulomb's limit they slide along t, whatever S is:
+is the share of the patch (Mindlin 1949, `laws.Patch.shear`). Beyond Coulomb's limit they slide along t, whatever S is:
 
     t = t_0 + k S (u - u_slid),   u_slid = c t / k,   so   (1 + c S) t = t_0 + k S u   with   |t| = mu f.
 
@@ -30,9 +30,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from knitstudy.mechanics.batches import Chosen, by_parts
+from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
+from knitstudy.mechanics.beams.laws import Repulsion
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.beams.repulsion import Repulsion
-from knitstudy.mechanics.beams.state import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.rotation import hat
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them

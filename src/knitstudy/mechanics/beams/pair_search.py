@@ -11,49 +11,38 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.motion_bound import affine_gradient, smallest_stretch
 
 FAR = 1 << 6  # images are at most half as many periods away
 PIECE = 64  # points of a piece of yarn
-# Squared extents of a knit, over its largest, below which it has none: a straight yarn is no solid.
-FLAT = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class PointPairs(Chosen):
     """Pairs of points in one configuration: of point i, and of the image of point j."""
 
-    i: np.ndarray  # int (k,)
-    j: np.ndarray  # int (k,)
-    image: np.ndarray  # int (k, 2), how many periods away
-    way: np.ndarray  # (k, 3), vectors from i to the image of j [m]
-    key: np.ndarray  # int (k,), ascending
+    i: Ints  # (k,)
+    j: Ints  # (k,)
+    image: Ints  # (k, 2), how many periods away
+    way: Floats  # (k, 3), vectors from i to the image of j [m]
+    key: Ints  # (k,), ascending
 
     @property
-    def distance(self) -> np.ndarray:
+    def distance(self) -> Floats:
         """Distances (k,) [m]."""
         return _lengths(self.way)
 
     @property
-    def both(self) -> np.ndarray:
+    def both(self) -> Ints:
         """Points (k, 2)."""
         return np.stack([self.i, self.j], axis=1)
 
 
-def _lengths(vectors: np.ndarray) -> np.ndarray:
+def _lengths(vectors: Floats) -> Floats:
     """Return the lengths (k,) of vectors (k, 3)."""
     return np.sqrt(np.einsum("ki,ki->k", vectors, vectors))
-
-
-def _affine(before: np.ndarray, now: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the gradient (3, 3) G of the best affine motion x -> X + (X - mean) G of points (n, 3), and the rest.
-
-    The rest (n, 3) [m] is the way beyond that motion.
-    """
-    place, move = before - before.mean(axis=0), now - before
-    move -= move.mean(axis=0)
-    gradient = np.linalg.pinv(place.T @ place, rcond=FLAT, hermitian=True) @ (place.T @ move)
-    return gradient, move - place @ gradient
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,15 +51,15 @@ class FoundPairs:
 
     pairs: PointPairs
     far: float  # that distance [m]
-    position: np.ndarray  # (n, 3), of the points then [m]
-    vectors: np.ndarray  # (2, 3), of the lattice then [m]
-    distance: np.ndarray  # (k,), of the pairs then [m]
-    pieces: np.ndarray  # int (g, 2), pieces of yarn that pairs lie on
-    of_pieces: np.ndarray  # int (k,), row of the pieces of a pair
-    images: np.ndarray  # int (2,), more periods than any pair is away
+    position: Floats  # (n, 3), of the points then [m]
+    vectors: Floats  # (2, 3), of the lattice then [m]
+    distance: Floats  # (k,), of the pairs then [m]
+    pieces: Ints  # (g, 2), pieces of yarn that pairs lie on
+    of_pieces: Ints  # (k,), row of the pieces of a pair
+    images: Ints  # (2,), more periods than any pair is away
 
     @classmethod
-    def of(cls, pairs: PointPairs, far: float, position: np.ndarray, vectors: np.ndarray) -> FoundPairs:
+    def of(cls, pairs: PointPairs, far: float, position: Floats, vectors: Floats) -> FoundPairs:
         """Return a search with such pairs."""
         count = len(position) // PIECE + 1
         number, of_pieces = np.unique(pairs.i // PIECE * count + pairs.j // PIECE, return_inverse=True)
@@ -78,15 +67,18 @@ class FoundPairs:
         images = np.abs(pairs.image).max(axis=0, initial=1) + 1
         return cls(pairs, far, position, vectors, pairs.distance, pieces, of_pieces, images)
 
-    def within(self, reach: float, position: np.ndarray, vectors: np.ndarray) -> PointPairs | None:
+    def within(self, reach: float, position: Floats, vectors: Floats) -> PointPairs | None:
         """Return the pairs within a reach [m] now; None where others may have come as near.
 
         The knit as a whole has an affine motion, which shrinks no distance by more than its smallest stretch. Beyond
         this motion, pieces of yarn bound how much nearer points have come.
         """
-        gradient, move = _affine(self.position, position)
+        place, move = self.position - self.position.mean(axis=0), position - self.position
+        move -= move.mean(axis=0)
+        gradient = affine_gradient(place.T @ place, place.T @ move)
+        move -= place @ gradient  # beyond the motion x -> X + (X - mean) G
         apart = self.images @ _lengths(vectors - self.vectors - self.vectors @ gradient)  # by the lattice
-        shrink = np.linalg.svd(np.eye(3) + gradient, compute_uv=False)[-1]
+        shrink = smallest_stretch(gradient)
         if shrink * self.far - 2 * _lengths(move).max() - apart <= reach:
             return None
         first = np.arange(0, len(move), PIECE)
@@ -105,30 +97,30 @@ class PairSearch:
 
     def __init__(
         self,
-        yarn: np.ndarray,  # int (n,), of every point; points of a yarn follow each other
-        arc_length: np.ndarray,  # (n,) [m]
+        yarn: Ints,  # (n,), of every point; points of a yarn follow each other
+        arc_length: Floats,  # (n,) [m]
         beside: float,  # lengths along a yarn within which it does not touch itself [m]
-        period: np.ndarray | None,  # (Y,), lengths of one period of the yarns; None where nothing repeats [m]
-        # int (n,), number of the tie that joins a point to others, or -1; None where nothing does
-        joined: np.ndarray | None,
+        period: Floats | None,  # (Y,), lengths of one period of the yarns; None where nothing repeats [m]
+        # (n,), number of the tie that joins a point to others, or -1; None where nothing does
+        joined: Ints | None,
     ) -> None:
         self.yarn, self.arc_length, self.beside = yarn, arc_length, beside
         self.period, self.joined = period, joined
         self._found: FoundPairs | None = None
 
-    def within(self, reach: float, far: float, position: np.ndarray, vectors: np.ndarray) -> PointPairs:
+    def within(self, reach: float, far: float, position: Floats, vectors: Floats) -> PointPairs:
         """Return the pairs within a reach [m] of points (n, 3) and lattice vectors (2, 3) [m].
 
         Where the last search does not serve any more, pairs nearer than `far` [m] are searched for.
         """
-        pairs = self._found and self._found.within(reach, position, vectors)
+        pairs = None if self._found is None else self._found.within(reach, position, vectors)
         if pairs is None:
             pairs = self._all(far, position, vectors)
             self._found = FoundPairs.of(pairs, far, position, vectors)
             pairs = pairs[np.flatnonzero(pairs.distance < reach)]
         return pairs
 
-    def _all(self, reach: float, position: np.ndarray, vectors: np.ndarray) -> PointPairs:
+    def _all(self, reach: float, position: Floats, vectors: Floats) -> PointPairs:
         n, extent, most = len(position), np.ptp(position[:, :2], axis=0) + reach, np.zeros(2, dtype=int)
         if self.period is not None:
             # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
@@ -41,7 +42,7 @@ class Cylinders:
             (edges[1:] <= spans[0, 0]) | (edges[:-1] >= spans[-1, 1])
             for edges, spans in zip(along, own, strict=True)
         ]
-        self.images = np.repeat(np.concatenate(beyond), angles)
+        self.images: Bools | None = np.repeat(np.concatenate(beyond), angles)
         self.unit = 2 * np.pi * radius / angles
         self._turn = 2 * np.pi / angles
         self._along = along
@@ -72,11 +73,11 @@ class Cylinders:
         self._control_waves = _waves(self.block, 2 * np.pi * np.arange(controls) / controls, 0)[0]
         self.overshoot = float(1 / np.cos(np.pi * degree / controls))
 
-    def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+    def edges(self, number: int) -> tuple[Floats, Floats]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,)."""
         return self._along[number] / self.unit, np.arange(self.cells[number, 1] + 1.0)
 
-    def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
+    def stencil(self, surface: Ints, xi: Floats) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
         span, station, along, around = self._functions(surface, xi)
         weights = along[ALONG].transpose(1, 0, 2)[..., None] * around[AROUND].transpose(1, 0, 2)[:, :, None]
@@ -84,9 +85,7 @@ class Cylinders:
         nodes = (self.block * station)[:, None] + np.arange(wide)
         return Stencil(nodes, weights.reshape(len(xi), 6, wide), key=span)
 
-    def places(
-        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def places(self, surface: Ints, xi: Floats, carriers: Floats) -> tuple[Floats, Floats, Floats]:
         """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,); see `surface.Surfaces.places`.
 
         Splines are summed before waves, which takes fewer products than the weights of all carriers.
@@ -99,25 +98,25 @@ class Cylinders:
         first = np.stack([slope[:, 0], here[:, 1]], axis=1)
         return here[:, 0], first, np.stack([bend[:, 0], slope[:, 1], here[:, 2]], axis=1)
 
-    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def positions(self, surface: Ints, xi: Floats, carriers: Floats) -> Floats:
         """Return places (k, 3) alone; see `surface.Surfaces.positions`."""
         _, station, along, around = self._functions(surface, xi, orders=0)
         waves = along[0][:, None] @ self._near(station, carriers)
         return (around[0][:, None] @ waves.reshape(len(xi), self.block, 3))[:, 0]
 
-    def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    def clamp(self, surface: Ints, xi: Floats) -> Floats:
         """Return xi (k, 2) moved to the nearest place within the yarns' ends."""
         return np.stack([np.clip(xi[:, 0], *self._ends[surface].T), xi[:, 1]], axis=1)
 
-    def carry(self, nodes: np.ndarray) -> np.ndarray:
+    def carry(self, nodes: Floats) -> Floats:
         """Return the carriers (M, 3) of coefficients (N, 3)."""
         return self._total @ nodes
 
-    def collect(self, force: np.ndarray) -> np.ndarray:
+    def collect(self, force: Floats) -> Floats:
         """Return forces (N, 3) on the coefficients from those on carriers (M, 3)."""
         return self._total.T @ force
 
-    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: Floats) -> sp.bsr_matrix:
         """Return the matrix over the coefficients of one over carriers; see `surface.Surfaces.matrix`."""
         many, stations = np.diff(self._first), len(self._first) - 1
         row = np.repeat(np.arange(stations), np.diff(indptr))
@@ -141,22 +140,22 @@ class Cylinders:
                 columns[place[part]] = self._first[indices[pairs[part]], None, None] + column + 0 * line
         return sp.bsr_matrix((compliance, columns, lines), shape=(size, size))
 
-    def centres(self, carriers: np.ndarray) -> np.ndarray:
+    def centres(self, carriers: Floats) -> Floats:
         """Return the middles (R, 3) of all rings, yarn by yarn."""
         return self._rings @ carriers[:: self.block]
 
-    def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def ring(self, number: int, row: Ints, carriers: Floats) -> Floats:
         """Return places (k, n + 1, 3) on rings (k,) of one yarn, at the edges of cells around."""
         rings, place = np.unique(row, return_inverse=True)
         wave = self._rings[self._first_ring[number] + rings] @ carriers.reshape(-1, 3 * self.block)
         table = _waves(self.block, self._turn * np.arange(self.cells[number, 1] + 1.0), 0)[0]
         return (table @ wave.reshape(-1, self.block, 3))[place]
 
-    def controls(self, carriers: np.ndarray) -> np.ndarray:
+    def controls(self, carriers: Floats) -> Floats:
         """Return rings (S, a, 3) of control points: splines add up to 1, so no place goes farther than theirs."""
         return self._control_waves @ carriers.reshape(-1, self.block, 3)
 
-    def influence(self, carriers: np.ndarray) -> float:
+    def influence(self, carriers: Floats) -> float:
         """Return how far control points are from rings beside which places depend on them [m]: the next ring's, too."""
         middle = self.centres(carriers)
         ring = np.repeat(np.arange(len(middle)), np.diff(self._rings.indptr))
@@ -165,9 +164,7 @@ class Cylinders:
         step[self._first_ring[1:-1] - 1] = 0
         return float(np.linalg.norm(middle[ring] - control, axis=1).max() + step.max())
 
-    def _functions(
-        self, surface: np.ndarray, xi: np.ndarray, orders: int = 2
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    def _functions(self, surface: Ints, xi: Floats, orders: int = 2) -> tuple[Ints, Ints, Floats, Floats]:
         """Return spans (k,), first stations (k,), splines (n, k, d + 1) and waves (n, k, block) with derivatives."""
         s = self.unit * xi[:, 0]
         span = self._span(surface, s)
@@ -178,11 +175,11 @@ class Cylinders:
             around[order] *= self._turn**order
         return span, first - (self._spline.degree + 1) * surface, along, around
 
-    def _near(self, station: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def _near(self, station: Ints, carriers: Floats) -> Floats:
         """Return the carriers (k, d + 1, 3 block) of spans with first stations (k,)."""
         return carriers.reshape(-1, 3 * self.block)[station[:, None] + np.arange(self._spline.degree + 1)]
 
-    def _span(self, surface: np.ndarray, s: np.ndarray) -> np.ndarray:
+    def _span(self, surface: Ints, s: Floats) -> Ints:
         """Return the spans (k,) of all yarns that arc lengths (k,) of surfaces (k,) lie in."""
         span = np.searchsorted(self._starts, s + self._start[surface], side="right") - 1
         return np.clip(span, self._first_span[surface], self._first_span[surface + 1] - 1)
@@ -198,7 +195,7 @@ class Cylinders:
         return sp.csr_matrix((values[0].ravel(), station.ravel(), wide * np.arange(len(s) + 1)), shape=shape)
 
 
-def _waves(block: int, angle: np.ndarray, orders: int = 2) -> np.ndarray:
+def _waves(block: int, angle: Floats, orders: int = 2) -> Floats:
     """Return 1, cos t, sin t, cos 2 t, ... and derivatives (orders + 1, k, block) at angles (k,)."""
     waves = np.empty((orders + 1, len(angle), block))
     waves[0, :, 0] = 1.0

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.contact.surface import Projection
 
@@ -19,34 +20,34 @@ class ContactPoints:
     """Pairs that touch in one configuration, or did at the last converged increment; all other pairs are open."""
 
     followed: ContactHistory  # of all pairs that are followed
-    least: np.ndarray  # (f,), lower bounds of the gaps of all pairs that are followed [m]
-    carriers: np.ndarray  # (M, 3), of the surfaces, in this configuration [m]
-    evaluated: np.ndarray  # int (e,), which of the pairs that are followed can touch here
-    evaluated_xi: np.ndarray  # (e, 2), their closest points
-    evaluated_gap: np.ndarray  # (e,), their gaps [m]; inf where there is no closest point
-    number: np.ndarray  # int (c,), which of the pairs that are followed touch or touched
+    least: Floats  # (f,), lower bounds of the gaps of all pairs that are followed [m]
+    carriers: Floats  # (M, 3), of the surfaces, in this configuration [m]
+    evaluated: Ints  # (e,), which of the pairs that are followed can touch here
+    evaluated_xi: Floats  # (e, 2), their closest points
+    evaluated_gap: Floats  # (e,), their gaps [m]; inf where there is no closest point
+    number: Ints  # (c,), which of the pairs that are followed touch or touched
     history: ContactHistory  # of these, in the same order
-    position: np.ndarray  # (c, 3), points [m]
+    position: Floats  # (c, 3), points [m]
     projection: Projection  # against the surfaces that they face
-    gap: np.ndarray  # (c,), gaps [m]; inf where there is no closest point
-    slip: np.ndarray  # (c, 2), convected coordinates since the anchor, s
-    slip_rate: np.ndarray  # (c, 2), ds/dg of points that have touched within this increment, else 0
-    slip_share: np.ndarray  # (c,), ds/dxi: 1, or the share of the increment in contact
-    trial: np.ndarray  # (c, 3), trial traction epsT s [Pa]
-    pressure: np.ndarray  # (c,)
-    traction: np.ndarray  # (c, 3), tangential part [Pa]
-    status: np.ndarray  # int (c,) OPEN, STICK or SLIP
+    gap: Floats  # (c,), gaps [m]; inf where there is no closest point
+    slip: Floats  # (c, 2), convected coordinates since the anchor, s
+    slip_rate: Floats  # (c, 2), ds/dg of points that have touched within this increment, else 0
+    slip_share: Floats  # (c,), ds/dxi: 1, or the share of the increment in contact
+    trial: Floats  # (c, 3), trial traction epsT s [Pa]
+    pressure: Floats  # (c,)
+    traction: Floats  # (c, 3), tangential part [Pa]
+    status: Ints  # (c,) OPEN, STICK or SLIP
     law: Coulomb  # with the stiffnesses of all pairs
     # (c,), between the first parameters' lines of both surfaces at the last converged increment, if the law
     # asks for it
-    angle: np.ndarray | None
+    angle: Floats | None
 
     @property
-    def active(self) -> np.ndarray:
+    def active(self) -> Ints:
         """Pairs (a,) that touch."""
         return np.flatnonzero(self.status != OPEN)
 
-    def signature(self) -> np.ndarray:
+    def signature(self) -> Ints:
         """Return points, surfaces and status (a, 3) of the pairs that touch, which must not change any more."""
         active = self.active
         table = np.stack(
@@ -63,22 +64,22 @@ class ContactStatus:
     """State of the search for pairs, which a restart needs to the last bit."""
 
     # (n, M, 3), carriers of the surfaces at the last searches, the first one for all pairs [m]
-    searched: np.ndarray
-    last: np.ndarray  # int (b,), the search that was the last one for pairs of a neighbourhood
-    seen: np.ndarray  # (M, 3), where they were when gaps were seen last [m]
-    least: np.ndarray  # (c,), lower bounds of the gaps of all pairs there [m]
+    searched: Floats
+    last: Ints  # (b,), the search that was the last one for pairs of a neighbourhood
+    seen: Floats  # (M, 3), where they were when gaps were seen last [m]
+    least: Floats  # (c,), lower bounds of the gaps of all pairs there [m]
 
 
 @dataclass(frozen=True, eq=False)
 class TouchedPoints:
     """History of the pairs that touch, a row each; some in a hundred of all pairs do."""
 
-    pressure: np.ndarray  # (t,), that of multipliers included [Pa]; where it is positive, the anchor counts
-    traction: np.ndarray  # (t, 3), tangential traction [Pa]
-    multiplier: np.ndarray  # (t,), pressure (negative) that augmentation has added within the increment [Pa]
-    anchor: np.ndarray  # (t, 2), convected coordinates at which the point would carry no tangential traction
-    slip: np.ndarray  # (t,), length slipped since the point first touched [m]
-    status: np.ndarray  # int (t,) OPEN, STICK or SLIP
+    pressure: Floats  # (t,), that of multipliers included [Pa]; where it is positive, the anchor counts
+    traction: Floats  # (t, 3), tangential traction [Pa]
+    multiplier: Floats  # (t,), pressure (negative) that augmentation has added within the increment [Pa]
+    anchor: Floats  # (t, 2), convected coordinates at which the point would carry no tangential traction
+    slip: Floats  # (t,), length slipped since the point first touched [m]
+    status: Ints  # (t,) OPEN, STICK or SLIP
 
     @classmethod
     @cache
@@ -96,44 +97,44 @@ class ContactHistory(Chosen):
     pairs, but not with pairs of another table.
     """
 
-    point: np.ndarray  # int (c,), Gauss point
-    surface: np.ndarray  # int (c,), surface that it faces
-    xi: np.ndarray  # (c, 2), its closest point
+    point: Ints  # (c,), Gauss point
+    surface: Ints  # (c,), surface that it faces
+    xi: Floats  # (c, 2), its closest point
     # (c,), its gap [m]; inf where the closest point was not within the surface's edges, -inf where none was
     # looked for: it was open then, and xi is a guess
-    gap: np.ndarray
+    gap: Floats
     row: np.ndarray  # int (c,), the pair's row of `touched`, -1 where it is open
     touched: TouchedPoints
-    dissipated: np.ndarray  # (), work of friction so far [J]
+    dissipated: Floats  # (), work of friction so far [J]
     search_status: ContactStatus | None = None  # of the search that these pairs were found by
 
     @property
-    def pressure(self) -> np.ndarray:
+    def pressure(self) -> Floats:
         """Pressures (c,) [Pa]; see `TouchedPoints`."""
         return self._every(self.touched.pressure)
 
     @property
-    def traction(self) -> np.ndarray:
+    def traction(self) -> Floats:
         """Tangential tractions (c, 3) [Pa]."""
         return self._every(self.touched.traction)
 
     @property
-    def multiplier(self) -> np.ndarray:
+    def multiplier(self) -> Floats:
         """Pressures (c,) that augmentation has added [Pa]."""
         return self._every(self.touched.multiplier)
 
     @property
-    def anchor(self) -> np.ndarray:
+    def anchor(self) -> Floats:
         """Convected coordinates (c, 2) without tangential traction; of open pairs they mean nothing."""
         return self._every(self.touched.anchor)
 
     @property
-    def slip(self) -> np.ndarray:
+    def slip(self) -> Floats:
         """Lengths (c,) slipped [m]."""
         return self._every(self.touched.slip)
 
     @property
-    def status(self) -> np.ndarray:
+    def status(self) -> Ints:
         """OPEN, STICK or SLIP (c,)."""
         return self._every(self.touched.status)
 
@@ -145,9 +146,7 @@ class ContactHistory(Chosen):
         return result
 
     @classmethod
-    def of_open(
-        cls, point: np.ndarray, surface: np.ndarray, xi: np.ndarray, dissipated: np.ndarray
-    ) -> ContactHistory:
+    def of_open(cls, point: Ints, surface: Ints, xi: Floats, dissipated: Floats) -> ContactHistory:
         """Return the history of open pairs with guesses xi of their closest points."""
         # Arrays of one number take no memory.
         gap, row = (np.broadcast_to(value, len(point)) for value in (-np.inf, np.int32(-1)))
@@ -161,9 +160,7 @@ class ContactHistory(Chosen):
         return cls.of_open(none, none, np.empty((0, 2)), np.zeros(()))
 
 
-def same_pair(
-    history: ContactHistory, arc: np.ndarray, old: ContactHistory, old_arc: np.ndarray
-) -> np.ndarray:
+def same_pair(history: ContactHistory, arc: Floats, old: ContactHistory, old_arc: Floats) -> Ints:
     """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
 
     Arc lengths (k,) and (c,) of their closest points are over the least distance of two pieces of a surface.
@@ -191,58 +188,56 @@ OPEN, STICK, SLIP = 0, 1, 2  # status of a contact point
 class Coulomb(Chosen):
     """Stiffnesses of contact and friction coefficient."""
 
-    normal: float | np.ndarray  # (k,) eps, pressure over gap [Pa/m]
-    tangential: float | np.ndarray  # (k,) epsT, tangential traction over elastic slip [Pa/m]
+    normal: float | Floats  # (k,) eps, pressure over gap [Pa/m]
+    tangential: float | Floats  # (k,) epsT, tangential traction over elastic slip [Pa/m]
     friction: float  # mu; inf for rough contact, 0 for none
-    slope: float | np.ndarray = 0.0  # (k,) derivative of epsT by the gap [Pa/m2]
+    slope: float | Floats = 0.0  # (k,) derivative of epsT by the gap [Pa/m2]
 
     directional = False
     numerical = True  # no body has its stiffnesses
 
-    def pressure(
-        self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray | None = None
-    ) -> np.ndarray:
+    def pressure(self, gap: Floats, multiplier: Floats, angle: Floats | None = None) -> Floats:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] with multipliers (k,) [Pa]; zero where open."""
         return np.maximum(0.0, -(multiplier + self.normal * gap))
 
-    def stored(self, gap: np.ndarray, pressure: np.ndarray, angle: np.ndarray | None = None) -> np.ndarray:
+    def stored(self, gap: Floats, pressure: Floats, angle: Floats | None = None) -> Floats:
         """Return the energies (k,) of the pressure at gaps (k,) [J/m2]."""
         return 0.5 * pressure * np.abs(gap)
 
-    def at(self, gap: np.ndarray, angle: np.ndarray | None = None) -> Coulomb:
+    def at(self, gap: Floats, angle: Floats | None = None) -> Coulomb:
         """Return the stiffnesses at gaps (k,) [m]: always the same here."""
         return self
 
     def attributes(self) -> dict[str, float]:
         """Return the constants of the law by name."""
-        return {"contact_stiffness": self.normal, "stick_stiffness": self.tangential}
+        return {"contact_stiffness": float(self.normal), "stick_stiffness": float(self.tangential)}
 
-    def share(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    def share(self, trial: Floats, pressure: Floats) -> Floats:
         """Return the shares (k,) of trial tractions (k, 3) [Pa] that friction bears at pressures (k,) [Pa]."""
         if np.isinf(self.friction):
             return np.ones(len(trial))
         size, limit = np.linalg.norm(trial, axis=1), self.friction * pressure
         return np.where((size > limit) | (self.friction == 0), limit / np.where(size > 0, size, 1.0), 1.0)
 
-    def traction(self, trial: np.ndarray, pressure: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def traction(self, trial: Floats, pressure: Floats) -> tuple[Floats, Ints]:
         """Return tractions (k, 3) [Pa] and status (k,) from trial tractions epsT s (k, 3) and pressures (k,)."""
         share = self.share(trial, pressure)
         status = np.where(pressure > 0, np.where(share < 1, SLIP, STICK), OPEN)
         return np.where(pressure > 0, share, 0.0)[:, None] * trial, status
 
-    def slipped(self, trial: np.ndarray, pressure: np.ndarray) -> np.ndarray:
+    def slipped(self, trial: Floats, pressure: Floats) -> Floats:
         """Return the lengths (k,) [m] that points slip, from trial tractions (k, 3) and pressures (k,) [Pa]."""
         size = np.linalg.norm(trial, axis=1)
         return np.where(pressure > 0, 1 - self.share(trial, pressure), 0.0) * size / self.tangential
 
     def tangent(
         self,
-        trial: np.ndarray,  # (k, 3), trial tractions [Pa]
-        trial_change: np.ndarray,  # (k, 3, 9), their derivative
-        gap_change: np.ndarray,  # (k, 9), derivative of the gap
-        pressure: np.ndarray,  # (k,)
-        status: np.ndarray,  # int (k,)
-    ) -> np.ndarray:
+        trial: Floats,  # (k, 3), trial tractions [Pa]
+        trial_change: Floats,  # (k, 3, 9), their derivative
+        gap_change: Floats,  # (k, 9), derivative of the gap
+        pressure: Floats,  # (k,)
+        status: Ints,  # (k,)
+    ) -> Floats:
         """Return the derivative (k, 3, 9) of the tractions."""
         change, slips = trial_change.copy(), status == SLIP
         along = _directions(trial[slips])
@@ -253,9 +248,7 @@ class Coulomb(Chosen):
         change[slips] -= stiffness[:, None, None] * along[:, :, None] * gap_change[slips][:, None, :]
         return change
 
-    def symmetric_stiffness(
-        self, trial: np.ndarray, normal: np.ndarray, pressure: np.ndarray, status: np.ndarray
-    ) -> np.ndarray:
+    def symmetric_stiffness(self, trial: Floats, normal: Floats, pressure: Floats, status: Ints) -> Floats:
         """Return the symmetric positive part (k, 3, 3) of the law's stiffness [Pa/m].
 
         It leaves out the rotation of the surface and the coupling of friction to the pressure.
@@ -269,7 +262,7 @@ class Coulomb(Chosen):
         return stiffness * along_normal + (self.tangential * share)[:, None, None] * plane
 
 
-def _directions(vectors: np.ndarray) -> np.ndarray:
+def _directions(vectors: Floats) -> Floats:
     """Return the directions of vectors (k, 3); zero where a vector is zero."""
     size = np.linalg.norm(vectors, axis=1, keepdims=True)
     return vectors / np.where(size > 0, size, 1.0)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpolate
 
 
@@ -21,22 +22,24 @@ from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpol
 class Grid:
     """Nodes that one surface goes through."""
 
-    # int (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
-    nodes: np.ndarray
+    # (m, a), node numbers, at least 2 by 2; the normal (around x along) points outward
+    nodes: Ints
     closed: bool = True  # whether the last column is followed by the first
     # how far inside of the interpolated surface the contact surface lies [m]: a polygon inflated to the area of
     # its circle has its nodes outside of the circle
     offset: float = 0.0
     # (m, a, 2), shares of the chords before and behind a node in its tangent around: half of each, as Catmull
     # and Rom have it, if left out; see `circular_chords`
-    chords: np.ndarray | None = None
+    chords: Floats | None = None
 
-    def __post_init__(self) -> None:
-        if self.chords is None:
-            chords = np.full((*np.shape(self.nodes), 2), 0.5)
-            if not self.closed:
-                chords[:, [0, -1]] = ENDS
-            object.__setattr__(self, "chords", chords)
+    def shares(self) -> Floats:
+        """Return `chords`, or Catmull and Rom's."""
+        if self.chords is not None:
+            return self.chords
+        halves = np.full((*np.shape(self.nodes), 2), 0.5)
+        if not self.closed:
+            halves[:, [0, -1]] = ENDS
+        return halves
 
 
 # Shares of the chords before and behind the first node of an open row, and the last: on goes the only one there is.
@@ -44,8 +47,8 @@ ENDS = np.array([[0.0, 1.0], [1.0, 0.0]])
 
 
 def circular_chords(
-    angles: np.ndarray,  # (m, a), increasing in every row, once around [rad]
-) -> np.ndarray:
+    angles: Floats,  # (m, a), increasing in every row, once around [rad]
+) -> Floats:
     """Return the shares (m, a, 2) of the chords before and behind every node of a circle in its tangent.
 
     Tangents touch the circle then. Their length is the harmonic mean of those, 4 tan(step / 4), with which each of
@@ -84,20 +87,21 @@ class Grids:
         self._first = np.concatenate([[0], np.cumsum(self.shape.prod(axis=1))])
         self._nodes = np.concatenate([np.asarray(grid.nodes).ravel() for grid in self.grids])
         self._skin = np.unique(self._nodes)
-        self._chords = np.concatenate([grid.chords.reshape(-1, 2) for grid in self.grids])
-        graded = any(np.any(grid.chords != grid.chords[:1]) for grid in self.grids)
+        chords = [grid.shares() for grid in self.grids]
+        self._chords = np.concatenate([shares.reshape(-1, 2) for shares in chords])
+        graded = any(np.any(shares != shares[:1]) for shares in chords)
         # of four, those whose chords are weighed: one if all are alike
         self._rows = slice(None) if graded else slice(1)
         # Between nodes that move by w at most, a place moves by at most 1/4 of the change of a tangent farther: this
         # is w along, and twice the larger share of a chord times w around.
         self.overshoot = 1.25 * (1 + 0.5 * float(self._chords.max()))
 
-    def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+    def edges(self, number: int) -> tuple[Ints, Ints]:
         """Return the parameters of the edges of cells along (m + 1,) and around (n + 1,): slices and angles."""
         along, around = self.cells[number] + 1
         return np.arange(along), np.arange(around)
 
-    def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
+    def stencil(self, surface: Ints, xi: Floats) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
         shape, closed = self.shape[surface], self.closed[surface]
         cell = np.floor(xi).astype(np.int64)
@@ -117,50 +121,48 @@ class Grids:
         # The key is the cell's first corner.
         return Stencil(nodes, (along * around).reshape(-1, 6, 16), key=nodes[:, 5])
 
-    def places(
-        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def places(self, surface: Ints, xi: Floats, carriers: Floats) -> tuple[Floats, Floats, Floats]:
         """Return places, derivatives and second ones at xi (k, 2) on surfaces (k,)."""
         return self.stencil(surface, xi).places(carriers)
 
-    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def positions(self, surface: Ints, xi: Floats, carriers: Floats) -> Floats:
         """Return places (k, 3) alone."""
         stencil = self.stencil(surface, xi)
         return interpolate(stencil.value, stencil.nodes, carriers)
 
-    def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    def clamp(self, surface: Ints, xi: Floats) -> Floats:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
         last = (self.shape[surface] - 1).astype(float)
         clamped = np.clip(xi, 0, last)
         clamped[:, 1] = np.where(self.closed[surface], xi[:, 1], clamped[:, 1])
         return clamped
 
-    def carry(self, nodes: np.ndarray) -> np.ndarray:
+    def carry(self, nodes: Floats) -> Floats:
         """Return the nodes: they carry the surface themselves."""
         return nodes
 
-    def collect(self, force: np.ndarray) -> np.ndarray:
+    def collect(self, force: Floats) -> Floats:
         """Return the forces."""
         return force
 
-    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: Floats) -> sp.bsr_matrix:
         """Return a matrix over all nodes from its pattern and a copy of its blocks (nnz, 1, 9)."""
         size = 3 * (len(indptr) - 1)
         return sp.bsr_matrix((data.reshape(-1, 3, 3).copy(), indices, indptr), shape=(size, size))
 
-    def centres(self, carriers: np.ndarray) -> np.ndarray:
+    def centres(self, carriers: Floats) -> Floats:
         """Return the middles (R, 3) of all rows of nodes, grid by grid."""
         return np.concatenate([carriers[grid.nodes].mean(axis=1) for grid in self.grids])
 
-    def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def ring(self, number: int, row: Ints, carriers: Floats) -> Floats:
         """Return the nodes (k, n, 3) in rows (k,) of one grid."""
         return carriers[self.grids[number].nodes[row]]
 
-    def controls(self, carriers: np.ndarray) -> np.ndarray:
+    def controls(self, carriers: Floats) -> Floats:
         """Return the nodes (S, 1, 3) that the surfaces go through."""
         return carriers[self._skin, None]
 
-    def influence(self, carriers: np.ndarray) -> float:
+    def influence(self, carriers: Floats) -> float:
         """Return how far nodes are from rings beside which places depend on them [m]: two slices away at most."""
         farthest = 0.0
         for grid in self.grids:
@@ -173,7 +175,7 @@ class Grids:
         return farthest
 
 
-def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
+def _weights(t: Floats, chords: Floats) -> Floats:
     """Return weights (k, 3, r, 4) of r rows of four nodes, of places at t (k,) between the middle two and derivatives.
 
     The tangents at these two are sums of chords beside them, with shares (k, r, 2 nodes, 2 chords).
@@ -189,7 +191,7 @@ def _weights(t: np.ndarray, chords: np.ndarray) -> np.ndarray:
     )
 
 
-def _with_derivatives(coefficients: np.ndarray) -> np.ndarray:
+def _with_derivatives(coefficients: Floats) -> Floats:
     """Return polynomials (4 powers, n nodes), their first and second derivatives, side by side: (4, 3 n)."""
     slope = np.zeros((4, 4))
     slope[[0, 1, 2], [1, 2, 3]] = 1, 2, 3  # of the powers of t

@@ -14,9 +14,9 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipk, elliprd
 
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.contact.compliance import ACROSS, ALONG, far_compliance, patched_yarn
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.patch_compliance import ACROSS, ALONG
-from knitstudy.mechanics.contact.patched_yarn import far_compliance, patched_yarn
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Crossing:
 
 # The local indentation that a space of displacements cannot show, as a law of contact in series with that space
 # Under a force P two yarns approach by Hertz's delta_H(P) and by 2 C_far P, their other compliance
-# (`patch_compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
+# (`compliance`). In their space they approach by u(P) at the middle of the patch. The rest is the depth D of
 # a gap whose curvatures A' and B' are the curvatures of the cylinders less the curvatures of u:
 #
 #     D = delta_H + 2 C_far P - 2 u_0 P,    A' = A - 2 k_x P,    B' = B - 2 k_y P
@@ -88,9 +88,9 @@ class Indentation:
     elastic: float  # E* = E / (2 (1 - nu^2)) [Pa]
     radius: float  # R of the yarns [m]
     friction: float  # mu; inf for rough contact, 0 for none
-    deepest: np.ndarray  # (n,), depth over R, at every angle of `ANGLES`, beyond which the pressure is linear
-    energy: np.ndarray  # (4, PIECES, n) F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces
-    stick: np.ndarray  # (4, PIECES, n), stiffness along the surface over that across it, in the same pieces
+    deepest: Floats  # (n,), depth over R, at every angle of `ANGLES`, beyond which the pressure is linear
+    energy: Floats  # (4, PIECES, n) F / q^3 over E as cubics in q = sqrt(depth / R), in equal pieces
+    stick: Floats  # (4, PIECES, n), stiffness along the surface over that across it, in the same pieces
 
     directional = True
     numerical = False
@@ -108,11 +108,11 @@ class Indentation:
         """Depth [m] up to which the law is computed, of axes at right angles."""
         return float(self.radius * self.deepest[-1])
 
-    def pressure(self, gap: np.ndarray, multiplier: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def pressure(self, gap: Floats, multiplier: Floats, angle: Floats | None) -> Floats:
         """Return the pressures (k,) [Pa] at gaps (k,) [m] between axes at angles (k,); there are no multipliers."""
         return self.modulus * self._derivatives(gap, angle)[1]
 
-    def at(self, gap: np.ndarray, angle: np.ndarray) -> Coulomb:
+    def at(self, gap: Floats, angle: Floats | None) -> Coulomb:
         """Return the stiffnesses at gaps (k,) [m] and angles (k,), with the friction."""
         _, _, first, second = self._derivatives(gap, angle)
         stick, change = self._stick(gap, angle)
@@ -121,18 +121,18 @@ class Indentation:
         slope = -self.modulus / self.radius**2 * (stick * second + change * first)
         return Coulomb(normal, stick * normal, self.friction, slope)
 
-    def stored(self, gap: np.ndarray, pressure: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def stored(self, gap: Floats, pressure: Floats, angle: Floats | None) -> Floats:
         """Return the energies (k,) of the pressure [J/m2]."""
         return self.modulus * self.radius * self._derivatives(gap, angle)[0]
 
-    def _stick(self, gap: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _stick(self, gap: Floats, angle: Floats | None) -> tuple[Floats, Floats]:
         """Return the share of the stiffness along the surface (k,), and its derivative by the depth over R (k,)."""
         q, slope, *_ = self._root(gap)
         at = self._piece(q, angle)
         value, first, *_ = at.of(self.stick)
         return value, np.where(q > at.last, 0.0, first * slope)
 
-    def _root(self, gap: np.ndarray) -> tuple[np.ndarray, ...]:
+    def _root(self, gap: Floats) -> tuple[np.ndarray, ...]:
         """Return q and its three derivatives by the depth over R: with it the pressure begins as its square."""
         depth = np.where(np.isfinite(gap), np.maximum(-gap / self.radius, 0.0), 0.0)
         root = (depth + SOFT) ** -0.5
@@ -143,8 +143,9 @@ class Indentation:
             -0.25 * root**5 + 2.5 * (0.25 * depth + SOFT) * root**7,
         )
 
-    def _piece(self, q: np.ndarray, angle: np.ndarray) -> _Piece:
+    def _piece(self, q: Floats, angle: Floats | None) -> _Piece:
         """Return where q (k,) lies in the tables of angles (k,)."""
+        assert angle is not None, "the law of indentation depends on the angle between the yarns"
         place = np.clip(np.interp(angle, ANGLES, np.arange(len(ANGLES))), 0, len(ANGLES) - 1.001)
         low = place.astype(int)
         share = place - low
@@ -153,7 +154,7 @@ class Indentation:
         number = np.minimum((x / last * PIECES).astype(int), PIECES - 1)
         return _Piece(x, last, low, share, number, x / last * PIECES - number)
 
-    def _derivatives(self, gap: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    def _derivatives(self, gap: Floats, angle: Floats | None) -> Floats:
         """Return F over E R and its three derivatives by the depth over R (4, k)."""
         q, q1, q2, q3 = self._root(gap)
         at = self._piece(q, angle)
@@ -189,14 +190,14 @@ class Indentation:
 class _Piece:
     """Places x (k,) in tables that end at `last`: angle, piece, and how far in both."""
 
-    x: np.ndarray
-    last: np.ndarray
-    low: np.ndarray
-    share: np.ndarray
-    number: np.ndarray
-    t: np.ndarray
+    x: Floats
+    last: Floats
+    low: Ints
+    share: Floats
+    number: Ints
+    t: Floats
 
-    def of(self, table: np.ndarray) -> tuple[np.ndarray, ...]:
+    def of(self, table: Floats) -> tuple[np.ndarray, ...]:
         """Return the value of a table there (k,), and its three derivatives by q."""
         low, share, t = self.low, self.share, self.t
         a, b, c, d = (1 - share) * table[:, self.number, low] + share * table[:, self.number, low + 1]
@@ -236,7 +237,7 @@ def indentation(
 
 def _curve(
     angle: float, degree: int, span: float, spline_degree: int, poisson: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+) -> tuple[Floats, Floats, Floats]:
     """Return q = sqrt(D / R), F / (E q^3) and the share of sticking t / (dp/dD) for rising forces, from no force on."""
     hertz, yarn = Crossing.at(angle), patched_yarn(degree, span, spline_degree, poisson)
     elastic = 0.5 / (1 - poisson**2)  # E* over E
@@ -277,7 +278,7 @@ def _curve(
     return q, energy, _share(q, energy, stick)
 
 
-def _share(q: np.ndarray, energy: np.ndarray, stick: np.ndarray) -> np.ndarray:
+def _share(q: Floats, energy: Floats, stick: Floats) -> Floats:
     """Return t / (dp/dD), where F = q^3 `energy` and K / (2 pi R_e') = q `stick`, both smooth in q = sqrt(D).
 
     Both rise with the depth at least as fast as for half spaces; K rises at most with the power `STEEPEST`.

@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.candidate_pairs import CandidatePairs
 from knitstudy.mechanics.contact.cylinders import Cylinders
@@ -43,7 +44,7 @@ class ContactResponse:
     """Forces of contact in one configuration."""
 
     points: ContactPoints
-    node_force: np.ndarray  # (N, 3), internal force at all nodes [N]
+    node_force: Floats  # (N, 3), internal force at all nodes [N]
     # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start; "numerical": the part
     # of the penalty that stands for no deformation of the bodies [J]
     energy: dict[str, float]
@@ -64,12 +65,12 @@ class Contact:
 
     def __init__(
         self,
-        nodes: np.ndarray,  # (N, 3), undeformed [m]
+        nodes: Floats,  # (N, 3), undeformed [m]
         surfaces: Surfaces,
         law: Coulomb | Indentation,
         *,
-        # bool (G, G), which surfaces may touch each other; by default all, themselves included
-        meets: np.ndarray | None = None,
+        # (G, G), which surfaces may touch each other; by default all, themselves included
+        meets: Bools | None = None,
         # which (k,) of undeformed places (k, 3) [m] on the surfaces may touch; by default all
         free: Callable[[np.ndarray], np.ndarray] | None = None,
         points: int = 3,  # Gauss points along each side of a cell
@@ -100,8 +101,8 @@ class Contact:
 
     def points(
         self,
-        nodes: np.ndarray,  # (N, 3), where the nodes are [m]
-        before: np.ndarray,  # (N, 3), where they were at the last converged increment [m]
+        nodes: Floats,  # (N, 3), where the nodes are [m]
+        before: Floats,  # (N, 3), where they were at the last converged increment [m]
         history: ContactHistory,  # of that increment
         pulled: bool = False,
     ) -> ContactPoints:
@@ -161,13 +162,8 @@ class Contact:
         )
 
     def _slip(
-        self,
-        history: ContactHistory,
-        xi: np.ndarray,
-        gap: np.ndarray,
-        local: Coulomb,
-        angle: np.ndarray | None,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self, history: ContactHistory, xi: Floats, gap: Floats, local: Coulomb, angle: Floats | None
+    ) -> tuple[Floats, Floats, Floats]:
         """Return s (k, 2), ds/dg (k, 2) and ds/dxi (k,) of pairs with closest places (k, 2) and gaps (k,) [m]."""
         # A point that has closed within this increment has slid in contact only for the rest of it.
         fresh = history.pressure <= 0
@@ -184,7 +180,7 @@ class Contact:
             kept = np.minimum(self.law.at(history.gap, angle).tangential / local.tangential, 1.0)
             slip -= (1 - kept)[:, None] * carried
             step = share[:, None] * (xi - history.xi) + (kept == 1)[:, None] * carried
-            rate += (local.slope / local.tangential)[:, None] * step
+            rate += np.reshape(local.slope / local.tangential, (-1, 1)) * step
         return slip, rate, share
 
     def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
@@ -202,15 +198,15 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        matrices = ()
+        full = symmetric = None
         if stiffness:
             *blocks, self._pairs = tangent(
                 points, weight, own, other, self.surfaces.block, len(carried), self._pairs, self.reserve
             )
             pattern = self._pairs.indptr, self._pairs.indices
-            matrices = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
+            full, symmetric = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
         energy = self._energy(points, active, weight)
-        return ContactResponse(points, self.surfaces.collect(carried), energy, *matrices)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, full, symmetric)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
@@ -269,14 +265,14 @@ class Contact:
         row = _rows(number, len(every.row))
         return self._candidates.replace_history(every, replace(every, row=row, touched=touched))
 
-    def motion(self, nodes: np.ndarray, moved: np.ndarray) -> float:
+    def motion(self, nodes: Floats, moved: Floats) -> float:
         """Return the largest motion [m] against each other of rings near each other, as nodes (N, 3) move [m]."""
         before, after = (self.surfaces.centres(self.surfaces.carry(place)) for place in (nodes, moved))
         near = cKDTree(before).query_pairs(2 * self._search.reach + self.margin, output_type="ndarray")
         way = (after - before)[near]
         return float(np.linalg.norm(way[:, 1] - way[:, 0], axis=1).max(initial=0.0))
 
-    def reference(self, point: np.ndarray) -> np.ndarray:
+    def reference(self, point: Ints) -> Floats:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
         return self._search.positions(point, self._undeformed)
 
@@ -288,7 +284,7 @@ class Contact:
         _, gap = self._search.closest(rest.point, rest.surface, rest.xi, position, points.carriers)
         return min(nearest, float(gap.min(initial=np.inf)))
 
-    def _energy(self, points: ContactPoints, active: np.ndarray, weight: np.ndarray) -> dict[str, float]:
+    def _energy(self, points: ContactPoints, active: Ints, weight: Floats) -> dict[str, float]:
         angle = None if points.angle is None else points.angle[active]
         pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
         sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
@@ -298,7 +294,7 @@ class Contact:
 
     def _dissipation(self, points: ContactPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
-        lost = self._hysteresis(points) if self.law.directional else 0.0
+        lost = 0.0 if points.angle is None else self._hysteresis(points, points.angle)
         if not np.isfinite(self.law.friction):
             return lost
         active = points.active
@@ -308,28 +304,28 @@ class Contact:
         mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints) -> float:
+    def _hysteresis(self, points: ContactPoints, angle: Floats) -> float:
         """Return the loss of energy at sticking points as their stiffness changes with the gap [J].
 
         New stiffness carries nothing, and lost stiffness takes its share along: neither does work.
         """
         touched = np.flatnonzero(points.history.pressure > 0)
         history, now = points.history[touched], points.law[touched].tangential
-        before = self.law.at(history.gap, points.angle[touched]).tangential
+        before = self.law.at(history.gap, angle[touched]).tangential
         share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before
         weight = PASS_SHARE * self.quadrature.area[history.point]
         return 0.5 * float(weight @ ((1 - share) * carried))
 
 
-def _rows(number: np.ndarray, count: int) -> np.ndarray:
+def _rows(number: Ints, count: int) -> np.ndarray:
     """Return which row (count,) of a table belongs to pairs, whose numbers (k,) its rows have; -1: none."""
     row = np.full(count, -1, dtype=np.int32)
     row[number] = np.arange(len(number))
     return row
 
 
-def _put(values: np.ndarray, number: np.ndarray, some: np.ndarray) -> np.ndarray:
+def _put(values: Floats, number: Ints, some: Floats) -> Floats:
     """Return a copy of values (c, ...) with the entries number (k,) replaced by some (k, ...)."""
     values = values.copy()
     values[number] = some

@@ -11,6 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces, follows, project
@@ -35,8 +36,8 @@ class Search:
         self,
         surfaces: Surfaces,
         quadrature: Quadrature,
-        carriers: np.ndarray,  # (M, 3), of the undeformed surfaces [m]
-        meets: np.ndarray,  # bool (G, G), which surfaces may touch; symmetric
+        carriers: Floats,  # (M, 3), of the undeformed surfaces [m]
+        meets: Bools,  # (G, G), which surfaces may touch; symmetric
         free: Callable[[np.ndarray], np.ndarray] | None,  # which (P,) of places (P, 3) [m] may; None: all
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets
@@ -53,15 +54,17 @@ class Search:
         sizes = np.array([self._ring_sizes(number, carriers) for number in range(len(rows))])
         self._reach, self._chord = sizes.T
         self.reach = float(self._reach.max())  # largest distance of a ring's places from its middle [m]
-
-        def may_touch(part: slice) -> np.ndarray:
-            return free(self.positions(quadrature.points(part), carriers))
-
-        self._free = None if free is None else by_parts(may_touch, len(quadrature.area), CHUNK)
+        self._free: np.ndarray | None = None  # bool (P,)
+        if free is not None:
+            self._free = by_parts(
+                lambda part: free(self.positions(quadrature.points(part), carriers)),
+                len(quadrature.area),
+                CHUNK,
+            )
 
     def find(
-        self, carriers: np.ndarray, margin: float, among: np.ndarray | None = None
-    ) -> tuple[ContactHistory, np.ndarray, np.ndarray]:
+        self, carriers: Floats, margin: float, among: Bools | None = None
+    ) -> tuple[ContactHistory, Floats, Floats]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
 
         And their arcs (c,), as of `arc`, and lower bounds of their gaps (c,) [m]. Where rings `among` (R,) are chosen,
@@ -98,71 +101,70 @@ class Search:
 
     def closest(
         self,
-        point: np.ndarray,  # int (c,)
-        surface: np.ndarray,  # int (c,), that a point faces
-        guess: np.ndarray,  # (c, 2), of the closest place
-        position: np.ndarray,  # (c, 3), of the points [m]
-        carriers: np.ndarray,  # (M, 3) [m]
-    ) -> tuple[Projection, np.ndarray]:
+        point: Ints,  # (c,)
+        surface: Ints,  # (c,), that a point faces
+        guess: Floats,  # (c, 2), of the closest place
+        position: Floats,  # (c, 3), of the points [m]
+        carriers: Floats,  # (M, 3) [m]
+    ) -> tuple[Projection, Floats]:
         """Return the closest places and the gaps (c,) [m] of pairs."""
         projected = project(self.surfaces, carriers, surface, position, guess)
         return projected, self.gap(self.quadrature.surface(point), surface, projected)
 
-    def gap(self, own: np.ndarray, surface: np.ndarray, closest: Projection) -> np.ndarray:
+    def gap(self, own: Ints, surface: Ints, closest: Projection) -> Floats:
         """Return the gaps (k,) [m] of points of surfaces (k,) over others (k,); inf where there is no closest place."""
         offset = self.surfaces.offset
         return np.where(closest.found, closest.distance + offset[surface] + offset[own], np.inf)
 
-    def arc(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def arc(self, surface: Ints, along: Floats) -> Floats:
         """Return undeformed arc lengths (k,) of parameters along (k,) on surfaces (k,), over the reach of a ring.
 
         Of two pieces of a surface that a point is near, places are farther apart than that.
         """
         return np.interp(along + self._shift[surface], self._along, self._arc) / self.reach
 
-    def positions(self, point: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def positions(self, point: Ints, carriers: Floats) -> Floats:
         """Return where points (k,) are [m], for current carriers (M, 3)."""
         surface, xi = self.quadrature.places(point)
         return by_parts(
             lambda part: self.surfaces.positions(surface[part], xi[part], carriers), len(point), CHUNK
         )
 
-    def ring(self, cell: np.ndarray) -> np.ndarray:
+    def ring(self, cell: Ints) -> Ints:
         """Return the first of the two rings (k,) that cells (k,) lie between."""
         surface, place = self.quadrature.row_and_column(cell)
         return self._first[surface] + place[:, 0]
 
-    def stencil(self, point: np.ndarray) -> Stencil:
+    def stencil(self, point: Ints) -> Stencil:
         """Return the stencils of points (k,)."""
         return self.surfaces.stencil(*self.quadrature.places(point))
 
-    def _ring_sizes(self, number: int, carriers: np.ndarray) -> tuple[float, float]:
+    def _ring_sizes(self, number: int, carriers: Floats) -> tuple[float, float]:
         """Return the largest distances of a surface's rings from their middles and between neighbours on them [m]."""
         row = np.arange(self.surfaces.cells[number, 0] + 1)
         ring = self.surfaces.ring(number, row, carriers)
         middle = self.surfaces.centres(carriers)[self._first[number] + row, None]
         chords = np.diff(ring, axis=1, append=ring[:, : int(self.surfaces.closed[number])])
-        return tuple(float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
+        reach, chord = (float(np.linalg.norm(apart, axis=2).max()) for apart in (ring - middle, chords))
+        return reach, chord
 
-    def _steps(self, centres: np.ndarray) -> np.ndarray:
+    def _steps(self, centres: Floats) -> Floats:
         """Return the distances (R - 1,) of rings from the next ones [m]; 0 from one surface to another."""
         steps = np.linalg.norm(np.diff(centres, axis=0), axis=1)
         steps[self._first[1:-1] - 1] = 0
         return steps
 
-    def _middles(self, cell: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def _middles(self, cell: Ints, carriers: Floats) -> Floats:
         """Return the middles (k, 3) of cells (k,) [m]."""
         return self.surfaces.positions(*self.quadrature.within(cell, np.full(2, 0.5)), carriers)
 
-    def _may_meet(self, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    def _may_meet(self, one: Ints, other: Ints) -> Bools:
         """Return whether rings may touch: different surfaces that meet, or far pieces of the same one."""
         a, b = self._surface[one], self._surface[other]
         far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
         return self.meets[a, b] & ((a != b) | far)
 
-    def _near_cells(
-        self, carriers: np.ndarray, margin: float, among: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _near_cells(self, carriers: Floats, margin: float, among: Bools | None) -> tuple[Ints, Floats, Ints]:
         """Return cells (k,), the ways (k,) from their middles to their points at most [m], and rings (k,) near them.
 
         There is one ring for every cell and connected piece of a surface, the nearest one.
@@ -180,21 +182,21 @@ class Search:
             lambda part: self._nearest(cell[part], size[part], tree, reach, carriers), len(cell), AT_ONCE
         )
 
-    def _near_rows(self, tree: cKDTree, margin: float, step: float, among: np.ndarray | None) -> np.ndarray:
+    def _near_rows(self, tree: cKDTree, margin: float, step: float, among: Bools | None) -> Ints:
         """Return the rings with another one that may touch them; none are farther apart than `step` [m]."""
         reach = 2 * self.reach + margin + 2 * step
         rings = np.arange(tree.n)
         if among is not None:
             rings = np.flatnonzero(among | np.append(False, among[:-1]))
 
-        def near(part: slice) -> np.ndarray:
+        def near(part: slice) -> Ints:
             pairs = cKDTree(tree.data[rings[part]]).sparse_distance_matrix(tree, reach, output_type="ndarray")
             one = rings[part][pairs["i"]]
             return np.unique(one[self._may_meet(one, pairs["j"])])
 
         return by_parts(near, len(rings), AT_ONCE)
 
-    def _cells_of(self, rows: np.ndarray) -> np.ndarray:
+    def _cells_of(self, rows: Ints) -> Ints:
         """Return the cells (k,) beside rings that have points."""
         surface = self._surface[rows]
         layer = np.concatenate([self._row[rows] - 1, self._row[rows]])
@@ -208,8 +210,8 @@ class Search:
         return cell if self.surfaces.images is None else cell[~self.surfaces.images[cell]]
 
     def _nearest(
-        self, cell: np.ndarray, size: np.ndarray, tree: cKDTree, reach: np.ndarray, carriers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        self, cell: Ints, size: Floats, tree: cKDTree, reach: Floats, carriers: Floats
+    ) -> tuple[Ints, Floats, Ints]:
         """Return cells (k,), their sizes, and rings (k,): their middles are nearer than reach (R,) and size (c,) [m].
 
         Of every connected piece of a surface, the nearest ring.
@@ -227,20 +229,14 @@ class Search:
         best = nearest[np.unique(piece[nearest], return_index=True)[1]]
         return cell[i[best]], size[i[best]], j[best]
 
-    def _ring_at(self, surface: np.ndarray, along: np.ndarray) -> np.ndarray:
+    def _ring_at(self, surface: Ints, along: Floats) -> Ints:
         """Return the last rings (k,) before parameters along (k,) of surfaces (k,)."""
         ring = np.searchsorted(self._along, along + self._shift[surface], side="right") - 1
         return np.clip(ring, self._first[surface], self._first[surface + 1] - 1)
 
     def _points_of(
-        self,
-        cell: np.ndarray,
-        surface: np.ndarray,
-        middle: np.ndarray,
-        closest: Projection,
-        gap: np.ndarray,
-        carriers: np.ndarray,
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        self, cell: Ints, surface: Ints, middle: Floats, closest: Projection, gap: Floats, carriers: Floats
+    ) -> tuple[Ints, Ints, Floats, Floats]:
         """Return numbers, surfaces, guesses and least gaps of all points of cells (k,) whose middles are projected."""
         many = self.quadrature.per_cell
         number = np.repeat(np.arange(len(cell)), many)
@@ -255,11 +251,11 @@ class Search:
         least[alone] = self.gap(self.quadrature.surface(point[alone]), surface[alone], own)
         return point, surface, guess, least
 
-    def _place(self, number: int, row: np.ndarray, position: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def _place(self, number: int, row: Ints, position: Floats, carriers: Floats) -> np.ndarray:
         """Return the place (k, 2) on rings of a surface that is nearest to positions (k, 3)."""
         along, around = self.surfaces.edges(number)
 
-        def nearest(part: slice) -> np.ndarray:
+        def nearest(part: slice) -> Ints:
             apart = self.surfaces.ring(number, row[part], carriers) - position[part, None]
             return np.argmin(np.einsum("kai,kai->ka", apart, apart), axis=1)
 
@@ -268,7 +264,7 @@ class Search:
         )
 
 
-def _changes(values: np.ndarray, least: float = 0) -> np.ndarray:
+def _changes(values: np.ndarray, least: float = 0) -> Bools:
     """Return where values (k,) differ from those before them, or are larger by that least; the first one does."""
     step = np.diff(values)
     return np.concatenate([[True], step >= least if least else step != 0])[: len(values)]

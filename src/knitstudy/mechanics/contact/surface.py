@@ -12,6 +12,7 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import Chosen, by_parts
 
 # Orders of the derivatives whose weights a stencil has.
@@ -22,27 +23,27 @@ ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]
 class Stencil:
     """The carriers that places on surfaces depend on, and their weights."""
 
-    nodes: np.ndarray  # int (k, c), carriers
+    nodes: Ints  # (k, c), carriers
     # (k, 6, c), of the place, its derivatives along and around, and its second ones: along, mixed, around
-    weights: np.ndarray
-    key: np.ndarray  # int (k,), places with the same key have the same carriers
+    weights: Floats
+    key: Ints  # (k,), places with the same key have the same carriers
 
     @property
-    def value(self) -> np.ndarray:
+    def value(self) -> Floats:
         """Weights (k, c) of the places."""
         return self.weights[:, 0]
 
     @property
-    def first(self) -> np.ndarray:
+    def first(self) -> Floats:
         """Weights (k, 2, c) of the derivatives along and around."""
         return self.weights[:, 1:3]
 
     @property
-    def second(self) -> np.ndarray:
+    def second(self) -> Floats:
         """Weights (k, 3, c) of the second derivatives along, mixed and around."""
         return self.weights[:, 3:]
 
-    def places(self, carriers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def places(self, carriers: Floats) -> tuple[Floats, Floats, Floats]:
         """Return places (k, 3), derivatives (k, 2, 3) and second ones (k, 3, 3) for carriers (M, 3)."""
         all_six = self.weights @ carriers[self.nodes]
         return all_six[:, 0], all_six[:, 1:3], all_six[:, 3:]
@@ -55,11 +56,11 @@ class Surfaces(Protocol):
     Gauss points; rings, the edges of cells across a surface, are where the search begins.
     """
 
-    cells: np.ndarray  # int (G, 2), cells of every surface, along and around
-    closed: np.ndarray  # bool (G,), whether it closes around
+    cells: Ints  # (G, 2), cells of every surface, along and around
+    closed: Bools  # (G,), whether it closes around
     offset: np.ndarray  # (G,), how far inside of the interpolated surface the contact surface lies [m]
-    # bool (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
-    images: np.ndarray | None
+    # (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
+    images: Bools | None
     block: int  # carriers come in runs of so many; a run is in a stencil as a whole
     overshoot: (
         float  # how many times as far as the farthest control point that it depends on a place may move
@@ -68,46 +69,44 @@ class Surfaces(Protocol):
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of one surface's edges of cells, along (m + 1,) and around (n + 1,)."""
 
-    def stencil(self, surface: np.ndarray, xi: np.ndarray) -> Stencil:
+    def stencil(self, surface: Ints, xi: Floats) -> Stencil:
         """Return the stencils of places xi (k, 2) on surfaces (k,)."""
 
-    def places(
-        self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def places(self, surface: Ints, xi: Floats, carriers: Floats) -> tuple[np.ndarray, np.ndarray, Floats]:
         """Return the result of `Stencil.places` at places xi (k, 2) on surfaces (k,), for carriers (M, 3)."""
 
-    def positions(self, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def positions(self, surface: Ints, xi: Floats, carriers: Floats) -> Floats:
         """Return places (k, 3) alone [m]."""
 
-    def clamp(self, surface: np.ndarray, xi: np.ndarray) -> np.ndarray:
+    def clamp(self, surface: Ints, xi: Floats) -> Floats:
         """Return xi (k, 2) moved to the nearest place within the surfaces' edges."""
 
-    def carry(self, nodes: np.ndarray) -> np.ndarray:
+    def carry(self, nodes: Floats) -> Floats:
         """Return the carriers (M, 3) for the model's nodes (N, 3)."""
 
-    def collect(self, force: np.ndarray) -> np.ndarray:
+    def collect(self, force: Floats) -> Floats:
         """Return forces (N, 3) on the model's nodes from those on carriers (M, 3)."""
 
-    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray) -> sp.bsr_matrix:
+    def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: Floats) -> sp.bsr_matrix:
         """Return the matrix (3 N, 3 N) over the model's nodes, in blocks of 3, of one over carriers.
 
         That one has a CSR pattern over runs of carriers, and blocks (nnz, b b, 9) of pairs of carriers of two runs.
         """
 
-    def centres(self, carriers: np.ndarray) -> np.ndarray:
+    def centres(self, carriers: Floats) -> Floats:
         """Return the middles (R, 3) of all rings, surface by surface."""
 
-    def ring(self, number: int, row: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+    def ring(self, number: int, row: Ints, carriers: Floats) -> np.ndarray:
         """Return places (k, n, 3) on rings (k,) of one surface, at the edges of cells around."""
 
-    def controls(self, carriers: np.ndarray) -> np.ndarray:
+    def controls(self, carriers: Floats) -> Floats:
         """Return control points (S, a, 3): an affine map of all of them is one of the surfaces."""
 
-    def influence(self, carriers: np.ndarray) -> float:
+    def influence(self, carriers: Floats) -> float:
         """Return how far control points are from rings beside which places depend on them [m]."""
 
 
-def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np.ndarray:
+def interpolate(weight: Floats, nodes: Ints, values: Floats) -> Floats:
     """Return weighted sums (k, ..., 3) of values (M, 3): weights (k, ..., c) at carriers (k, c).
 
     Examples
@@ -128,10 +127,10 @@ def interpolate(weight: np.ndarray, nodes: np.ndarray, values: np.ndarray) -> np
 class Kinematics:
     """Derivatives with respect to z = (e, a_1, a_2), flattened to nine columns."""
 
-    xi: np.ndarray  # (k, 2, 9), Dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g
-    gap: np.ndarray  # (k, 9), Dg = n . e
-    tangent: np.ndarray  # (k, 2, 3, 9), Dtau_a = a_a + y,_ab Dxi^b
-    normal: np.ndarray  # (k, 3, 9), Dn = -tau^a (n . Dtau_a)
+    xi: Floats  # (k, 2, 9), Dxi = A^-1 (tau . e + g n . a), A = m - g k with the distance g
+    gap: Floats  # (k, 9), Dg = n . e
+    tangent: Floats  # (k, 2, 3, 9), Dtau_a = a_a + y,_ab Dxi^b
+    normal: Floats  # (k, 3, 9), Dn = -tau^a (n . Dtau_a)
 
     @classmethod
     def of(cls, projection: Projection) -> Kinematics:
@@ -156,7 +155,7 @@ class Kinematics:
         return cls(xi=xi, gap=gap, tangent=turned, normal=-np.einsum("kai,kaz->kiz", dual, tilt))
 
 
-def _inverse(matrix: np.ndarray) -> np.ndarray:
+def _inverse(matrix: Floats) -> Floats:
     """Return the inverses of symmetric matrices (k, 2, 2)."""
     determinant = matrix[:, 0, 0] * matrix[:, 1, 1] - matrix[:, 0, 1] ** 2
     inverse = -matrix
@@ -179,19 +178,17 @@ QUADRATIC = 1e-6
 class Projection(Chosen):
     """Points against the surfaces that they face."""
 
-    xi: np.ndarray  # (k, 2), parameters of the closest points
-    # bool (k,), whether the closest point lies within the surface's edges; what else is here holds only then
-    found: np.ndarray
-    tangent: np.ndarray  # (k, 2, 3), tau_a [m]
-    curvature: np.ndarray  # (k, 3, 3) y,_ab for ab = 11, 12, 22 [m]
-    normal: np.ndarray  # (k, 3), outward unit normal n
+    xi: Floats  # (k, 2), parameters of the closest points
+    # (k,), whether the closest point lies within the surface's edges; what else is here holds only then
+    found: Bools
+    tangent: Floats  # (k, 2, 3), tau_a [m]
+    curvature: Floats  # (k, 3, 3) y,_ab for ab = 11, 12, 22 [m]
+    normal: Floats  # (k, 3), outward unit normal n
     # (k,) n . (x - y) [m]; the gap is larger by the offsets of the two contact surfaces.
-    distance: np.ndarray
+    distance: Floats
 
 
-def project(
-    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
-) -> Projection:
+def project(surfaces: Surfaces, carriers: Floats, surface: Ints, points: Floats, guess: Floats) -> Projection:
     """Find the closest places on surfaces (k,) of current carriers (M, 3) to points (k, 3), from guesses (k, 2).
 
     Newton's method on the squared distance, with steps of at most one unit; where that is not convex, curvature is
@@ -206,7 +203,7 @@ def project(
 
 
 def _project(
-    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, guess: np.ndarray
+    surfaces: Surfaces, carriers: Floats, surface: Ints, points: Floats, guess: Floats
 ) -> Projection:
     xi = surfaces.clamp(surface, guess)
     moving = np.arange(len(xi))
@@ -240,8 +237,8 @@ def _project(
 
 
 def _step(
-    surfaces: Surfaces, carriers: np.ndarray, surface: np.ndarray, points: np.ndarray, xi: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+    surfaces: Surfaces, carriers: Floats, surface: Ints, points: Floats, xi: Floats
+) -> tuple[Floats, Bools]:
     """Return Newton's steps (k, 2) for the closest points, and where (k,) curvature is not left out."""
     place, tangent, curvature = surfaces.places(surface, xi, carriers)
     apart = points - place
@@ -254,7 +251,7 @@ def _step(
     return np.clip(_solved(h11, h12, h22, slope), -1.0, 1.0), convex
 
 
-def follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
+def follows(tangent: Floats, way: Floats) -> Floats:
     """Return how closest places with tangents (k, 2, 3) follow points that move by ways (k, 3): parameters (k, 2).
 
     To first order, of surfaces that are flat beside the way.
@@ -267,7 +264,7 @@ def follows(tangent: np.ndarray, way: np.ndarray) -> np.ndarray:
     return _solved(*metric(tangent), np.einsum("kai,ki->ak", tangent, way))
 
 
-def metric(tangent: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def metric(tangent: Floats) -> tuple[Floats, Floats, Floats]:
     """Return the products m11, m12 and m22 (k,) of tangents (k, 2, 3) with each other.
 
     Examples
@@ -280,7 +277,7 @@ def metric(tangent: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return tuple(np.einsum("ki,ki->k", *both) for both in ((one, one), (one, other), (other, other)))
 
 
-def _solved(h11: np.ndarray, h12: np.ndarray, h22: np.ndarray, right: np.ndarray) -> np.ndarray:
+def _solved(h11: Floats, h12: Floats, h22: Floats, right: Floats) -> Floats:
     """Return the solutions (k, 2) of symmetric 2 x 2 systems with right-hand sides (2, k)."""
     solution = np.stack([h22 * right[0] - h12 * right[1], h11 * right[1] - h12 * right[0]], axis=1)
     return solution / (h11 * h22 - h12**2)[:, None]

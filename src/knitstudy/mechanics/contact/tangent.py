@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces, metric
@@ -24,41 +25,41 @@ class Quadrature:
     have 30 million of them.
     """
 
-    cells: np.ndarray  # int (G, 2), cells of every surface, along and around
-    first_cell: np.ndarray  # int (G + 1,), first cell of every surface, then the number of all cells
+    cells: Ints  # (G, 2), cells of every surface, along and around
+    first_cell: Ints  # (G + 1,), first cell of every surface, then the number of all cells
     edges: tuple[np.ndarray, np.ndarray]  # parameters of edges of cells along and around, surface by surface
-    local: np.ndarray  # (p, 2), places of the points in a cell, in shares of it
-    area: np.ndarray  # (P,), undeformed area of the contact surface that a point stands for [m2]
+    local: Floats  # (p, 2), places of the points in a cell, in shares of it
+    area: Floats  # (P,), undeformed area of the contact surface that a point stands for [m2]
 
     @property
     def per_cell(self) -> int:
         """Points in one cell; they follow each other."""
         return len(self.local)
 
-    def points(self, part: slice) -> np.ndarray:
+    def points(self, part: slice) -> Ints:
         """Return the numbers (k,) of some of all points."""
         return np.arange(*part.indices(len(self.area)))
 
-    def surface(self, point: np.ndarray) -> np.ndarray:
+    def surface(self, point: Ints) -> Ints:
         """Return the surfaces (k,) that points (k,) lie on."""
         return self.surface_of(point // self.per_cell)
 
-    def places(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def places(self, point: Ints) -> tuple[Ints, Floats]:
         """Return the surfaces (k,) that points (k,) lie on, and their parameters (k, 2) there."""
         cell, within = np.divmod(point, self.per_cell)
         return self.within(cell, self.local[within])
 
-    def surface_of(self, cell: np.ndarray) -> np.ndarray:
+    def surface_of(self, cell: Ints) -> Ints:
         """Return the surfaces (k,) that cells (k,) lie on."""
         return np.searchsorted(self.first_cell, cell, side="right") - 1
 
-    def row_and_column(self, cell: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def row_and_column(self, cell: Ints) -> tuple[Ints, Ints]:
         """Return the surfaces (k,) of cells (k,), and their rows and columns (k, 2) there."""
         surface = self.surface_of(cell)
         place = np.divmod(cell - self.first_cell[surface], self.cells[surface, 1])
         return surface, np.stack(place, axis=1)
 
-    def within(self, cell: np.ndarray, share: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def within(self, cell: Ints, share: Floats) -> tuple[Ints, Floats]:
         """Return the surfaces (k,) of cells (k,), and the parameters (k, 2) at shares (k, 2) of them."""
         surface, place = self.row_and_column(cell)
         # The edges of a surface are one more than its cells.
@@ -69,12 +70,12 @@ class Quadrature:
         )
         return surface, start + (end - start) * share
 
-    def cell_area(self, point: np.ndarray) -> np.ndarray:
+    def cell_area(self, point: Ints) -> Floats:
         """Return the undeformed areas (k,) of the cells that points (k,) lie in [m2]."""
         return self.area.reshape(-1, self.per_cell)[point // self.per_cell].sum(axis=1)
 
     @classmethod
-    def on(cls, surfaces: Surfaces, carriers: np.ndarray, points: int) -> Quadrature:
+    def on(cls, surfaces: Surfaces, carriers: Floats, points: int) -> Quadrature:
         """Place ``points`` x ``points`` Gauss points in every cell of surfaces with undeformed carriers (M, 3)."""
         position, weight = np.polynomial.legendre.leggauss(points)
         position, weight = 0.5 * (position + 1), 0.5 * weight
@@ -89,7 +90,7 @@ class Quadrature:
             area=np.outer(np.concatenate(sizes), np.outer(weight, weight)).ravel(),
         )
 
-        def stretch(part: slice) -> np.ndarray:
+        def stretch(part: slice) -> Floats:
             point = quadrature.points(part)
             return _stretch(surfaces, *quadrature.places(point), carriers)
 
@@ -97,7 +98,7 @@ class Quadrature:
         return quadrature
 
 
-def _stretch(surfaces: Surfaces, surface: np.ndarray, xi: np.ndarray, carriers: np.ndarray) -> np.ndarray:
+def _stretch(surfaces: Surfaces, surface: Ints, xi: Floats, carriers: Floats) -> Floats:
     """Return the area (k,) of the contact surface a unit of the parameters' area [m2].
 
     At a depth o below the interpolated surface it is (1 + o tr(m^-1 k)) times as large, k the curvature form.
@@ -124,8 +125,8 @@ class CellPairs:
 
     def __init__(
         self,
-        key: np.ndarray,  # int (g, 2), keys of the stencils on both sides
-        nodes: np.ndarray,  # int (g, c), carriers of both sides
+        key: Ints,  # (g, 2), keys of the stencils on both sides
+        nodes: Ints,  # (g, c), carriers of both sides
         block: int,  # carriers of a run; c is a multiple
         count: int,  # number of all carriers
     ) -> None:
@@ -148,11 +149,11 @@ class CellPairs:
 
     def sum(
         self,
-        rows: np.ndarray,  # (a, m, c), V of every point
-        inner: np.ndarray,  # (a, m, 9, m), B, for every entry of a block
-        pair: np.ndarray,  # int (a,), the pair of cells that every point belongs to
-        data: np.ndarray,  # (nnz, b b, 9)
-    ) -> np.ndarray:
+        rows: Floats,  # (a, m, c), V of every point
+        inner: Floats,  # (a, m, 9, m), B, for every entry of a block
+        pair: Ints,  # (a,), the pair of cells that every point belongs to
+        data: Floats,  # (nnz, b b, 9)
+    ) -> Floats:
         """Return `data` with the sum over points of V^T B V, as blocks of the pattern."""
         m, c, r, b = *rows.shape[1:], self.width, self.block
         order = np.argsort(pair, kind="stable")
@@ -175,14 +176,14 @@ class CellPairs:
 
 def stiffness(
     points: ContactPoints,
-    weight: np.ndarray,  # (a,), area that each touching point stands for in its pass [m2]
+    weight: Floats,  # (a,), area that each touching point stands for in its pass [m2]
     own: Stencil,  # of the touching points on their own surfaces and of their closest points
     other: Stencil,  # likewise
     block: int,  # as of `CellPairs`
     count: int,  # as of `CellPairs`
     before: CellPairs | None,  # pattern of an earlier tangent, used again if the same cells touch
     reserve: Reserve,  # where the blocks are
-) -> tuple[np.ndarray, np.ndarray, CellPairs]:
+) -> tuple[Floats, Floats, CellPairs]:
     """Return the tangent and its symmetric positive part as blocks (nnz, b b, 9), and the pattern of both.
 
     Points of one cell that face one cell share their carriers: the rows of all of them, one below the other, make one
@@ -204,12 +205,13 @@ def stiffness(
         nodes = np.concatenate([own.nodes[first], other.nodes[first]], axis=1)
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
-    both = (rows, full), (rows[:, :1], positive.reshape(-1, 1, BLOCKS, 1))
+    lines, inners = (rows, rows[:, :1]), (full, positive.reshape(-1, 1, BLOCKS, 1))
     data = reserve.arrays(*2 * [(len(pairs.indices), block**2, BLOCKS)])
-    return *share(lambda number: pairs.sum(*both[number], pair, data[number]), 2), pairs
+    whole, symmetric = share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), 2)
+    return whole, symmetric, pairs
 
 
-def _point_tangents(points: ContactPoints, active: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _point_tangents(points: ContactPoints, active: Ints) -> tuple[Floats, Floats]:
     """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
     projection, law = points.projection[active], points.law[active]
     kinematics = Kinematics.of(projection)

@@ -12,6 +12,7 @@ from typing import Protocol
 
 import numpy as np
 
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import Material
 from knitstudy.registry import Registry
 
@@ -20,10 +21,16 @@ from knitstudy.registry import Registry
 class ElementResponse:
     """Batch of element forces (e, n, 3) [N], energies (e,) [J] and stiffness (e, n^2, 9) [N/m] or None."""
 
-    force: np.ndarray
-    internal: np.ndarray
-    hourglass: np.ndarray
-    stiffness: np.ndarray | None
+    force: Floats
+    internal: Floats
+    hourglass: Floats
+    stiffness: Floats | None
+
+    @property
+    def tangent(self) -> Floats:
+        """The stiffness of a response that was asked for with it."""
+        assert self.stiffness is not None, "this response was asked for without its stiffness"
+        return self.stiffness
 
 
 class Elements(Protocol):
@@ -33,7 +40,7 @@ class Elements(Protocol):
     volume: np.ndarray  # (E,), undeformed [m3]
 
     def respond(
-        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
 
@@ -45,10 +52,10 @@ def in_parts(
     respond: Callable[..., tuple[np.ndarray, np.ndarray]],
     few: int,
     batch: slice,
-    displacement: np.ndarray,
+    displacement: Floats,
     stiffness: bool,
-    out: np.ndarray | None = None,
-    step: np.ndarray | None = None,
+    out: Floats | None = None,
+    step: Floats | None = None,
 ) -> ElementResponse:
     """Return the response of a batch, about `few` elements at a time: their arrays fit into a processor's cache.
 
@@ -57,8 +64,9 @@ def in_parts(
     """
     count, nodes = displacement.shape[:2]
     force, energy = np.empty((count, nodes, 3)), np.empty(count)
-    if stiffness and out is None:
-        out = np.empty((count, nodes**2, 9))
+    blocks = None
+    if stiffness:
+        blocks = np.empty((count, nodes**2, 9)) if out is None else out
     start = batch.start or 0
     # Parts of one size: a small one costs as many calls as a large one
     few = -(-count // max(1, round(count / few)))
@@ -66,8 +74,10 @@ def in_parts(
         part = slice(first, min(first + few, count))
         here = slice(start + part.start, start + part.stop)
         way = () if step is None else (step[part],)
-        force[part], energy[part] = respond(here, displacement[part], out[part] if stiffness else None, *way)
-    return ElementResponse(force, energy, np.zeros(count), out if stiffness else None)
+        force[part], energy[part] = respond(
+            here, displacement[part], None if blocks is None else blocks[part], *way
+        )
+    return ElementResponse(force, energy, np.zeros(count), blocks)
 
 
 @dataclass(frozen=True, eq=False)

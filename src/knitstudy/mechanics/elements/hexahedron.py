@@ -1,4 +1,4 @@
-"""Common parts of eight-node hexahedra in total Lagrangian form, in batches: shape functions, strains, moduli."""
+"""Hexahedra in total Lagrangian form, in batches: of eight nodes with one integration point, and quadratic ones."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, in_parts
 from knitstudy.mechanics.materials import FULL, Material, axes_along
@@ -32,7 +33,7 @@ def shape(natural: np.ndarray) -> np.ndarray:
     return 0.125 * (1 + CORNERS * natural[:, None]).prod(axis=2)
 
 
-def shape_gradient(natural: np.ndarray, functions: Functions = shape) -> np.ndarray:
+def shape_gradient(natural: Floats, functions: Functions = shape) -> Floats:
     """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998).
 
     Examples
@@ -46,7 +47,7 @@ def shape_gradient(natural: np.ndarray, functions: Functions = shape) -> np.ndar
 GRADIENTS = shape_gradient(GAUSS)  # natural gradients (8 points, 8 nodes, 3) at the Gauss points
 
 
-def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def jacobians(corners: Floats, gradient: Floats) -> tuple[Floats, Floats]:
     """Return determinant (e,) and spatial gradients (e, 8, 3) of elements (e, 8, 3) at one point.
 
     Raises MeshError if an element is folded there.
@@ -68,7 +69,7 @@ def jacobians(corners: np.ndarray, gradient: np.ndarray) -> tuple[np.ndarray, np
     return size, gradient @ inverse(jacobian)[0]
 
 
-def natural_axes(corners: np.ndarray, natural: np.ndarray) -> np.ndarray:
+def natural_axes(corners: Floats, natural: Floats) -> Floats:
     """Return local axes (q, e, 3, 3) of elements at natural coordinates (q, 3), the first along the third coordinate.
 
     Corners alone count; swept meshes have their yarns along it.
@@ -77,7 +78,7 @@ def natural_axes(corners: np.ndarray, natural: np.ndarray) -> np.ndarray:
     return axes_along(along.reshape(-1, 3)).reshape(len(natural), len(corners), 3, 3)
 
 
-def tangent_moduli(deformation: np.ndarray, stress: np.ndarray, moduli: np.ndarray, out: np.ndarray) -> None:
+def tangent_moduli(deformation: Floats, stress: Floats, moduli: Floats, out: Floats) -> None:
     """Put A[J, L, i, k] = F_iI C_IJKL F_kK + S_JL delta_ik into `out` (e, 9, 9), rows (J, L), columns (i, k)."""
     e = len(deformation)
     full = SCRATCH.array("moduli", e, 81)  # (J, L), (I, K)
@@ -95,10 +96,10 @@ _PAIRS = (6 * FULL.T[:, None, :, None] + FULL.T[None, :, None, :]).ravel()
 
 
 def gradient_stiffness(
-    gradient: np.ndarray,  # (e, a, q 3), spatial gradients g at q points
-    weighted: np.ndarray,  # (e, q, b, 3), gradients times the volumes of the points, w
-    moduli: np.ndarray,  # (e, q, 9, 9), A of `tangent_moduli`
-    out: np.ndarray,  # (e, a b, 9)
+    gradient: Floats,  # (e, a, q 3), spatial gradients g at q points
+    weighted: Floats,  # (e, q, b, 3), gradients times the volumes of the points, w
+    moduli: Floats,  # (e, q, 9, 9), A of `tangent_moduli`
+    out: Floats,  # (e, a b, 9)
 ) -> None:
     """Put K[a, b, i, k] = sum over points of g_aJ A[J, L, i, k] w_bL into `out`, in two products."""
     e, q, b, _ = weighted.shape
@@ -114,18 +115,18 @@ class Hexahedra:
 
     def __init__(
         self,
-        corners: np.ndarray,  # (E, n, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
+        corners: Floats,  # (E, n, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
         material: Material,
-        points: np.ndarray,  # (q, 3), natural coordinates
-        weight: np.ndarray,  # (E, q), volumes of the points [m3]
-        gradient: np.ndarray,  # (E, n, q, 3), spatial gradients of the shape functions there [1/m]
+        points: Floats,  # (q, 3), natural coordinates
+        weight: Floats,  # (E, q), volumes of the points [m3]
+        gradient: Floats,  # (E, n, q, 3), spatial gradients of the shape functions there [1/m]
     ) -> None:
         self.material, self.weight, self.gradient = material, weight, gradient
         self.volume = weight.sum(axis=1)
         self.axes = np.swapaxes(natural_axes(corners, points), 0, 1) if material.directional else None
 
     def respond(
-        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
 
@@ -133,9 +134,7 @@ class Hexahedra:
         """
         return in_parts(self._respond, self.few, batch, displacement, stiffness, out)
 
-    def _respond(
-        self, here: slice, displacement: np.ndarray, out: np.ndarray | None
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _respond(self, here: slice, displacement: Floats, out: Floats | None) -> tuple[Floats, Floats]:
         """Return force (e, n, 3) and energy (e,); put the stiffness into `out`."""
         gradient, weight = self.gradient[here], self.weight[here]
         e, n, q, _ = gradient.shape
@@ -155,7 +154,7 @@ class Hexahedra:
         force[(determinant(deformation) <= 0).reshape(e, q).any(axis=1)] = np.nan
         if out is not None:
             moduli = SCRATCH.array("tangent moduli", e * q, 9, 9)
-            tangent_moduli(deformation, stress, share * answer.tangent, moduli)
+            tangent_moduli(deformation, stress, share * answer.moduli, moduli)
             gradient_stiffness(flat, np.swapaxes(gradient, 1, 2), moduli.reshape(e, q, 9, 9), out)
         return force, energy
 
@@ -182,7 +181,7 @@ class OnePointHexahedron(Hexahedra):
 
     def __init__(
         self,
-        corners: np.ndarray,  # (E, 8, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
+        corners: Floats,  # (E, 8, 3), undeformed nodes [m]; yarns lie along the third natural coordinate
         material: Material,
         coefficient: float = 0.005,  # hourglass stiffness over shear stiffness; 0.005 as in C3D8R
     ) -> None:
@@ -200,7 +199,7 @@ class OnePointHexahedron(Hexahedra):
         self.hourglass_stiffness = coefficient * material.shear_modulus * volume * size
 
     def respond(
-        self, batch: slice, displacement: np.ndarray, stiffness: bool, out: np.ndarray | None = None
+        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         answer = super().respond(batch, displacement, stiffness, out)
@@ -212,7 +211,7 @@ class OnePointHexahedron(Hexahedra):
         control = np.swapaxes(hourglass[:, None, None] * gamma, 1, 2)
         answer.force[:] += control @ mode
         answer.hourglass[:] = 0.5 * hourglass * np.einsum("emi,emi->e", mode, mode)
-        if stiffness:
+        if answer.stiffness is not None:
             for diagonal in (0, 4, 8):
                 answer.stiffness[:, :, diagonal] += (control @ gamma).reshape(-1, 64)
         return answer
@@ -228,7 +227,7 @@ FARTHEST = 2.0  # largest natural coordinate at which an element still answers f
 Map = Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]
 
 
-def inverted(mapped: Map, points: np.ndarray, start: np.ndarray, close: np.ndarray) -> np.ndarray:
+def inverted(mapped: Map, points: Floats, start: Floats, close: Floats) -> Floats:
     """Return the coordinates (k, 3) of points (k, 3), to within distances (k,); nan where it gets nowhere.
 
     Examples
@@ -255,7 +254,7 @@ def inverted(mapped: Map, points: np.ndarray, start: np.ndarray, close: np.ndarr
     return solution
 
 
-def require_near(near: np.ndarray, points: np.ndarray, yarn: np.ndarray) -> None:
+def require_near(near: Bools, points: Floats, yarn: Ints) -> None:
     """Raise MeshError if a point of (k, 3) is not `near` (k,) its yarn (k,)."""
     if not near.all():
         first = int(np.argmin(near))
@@ -267,16 +266,16 @@ def require_near(near: np.ndarray, points: np.ndarray, yarn: np.ndarray) -> None
 class InverseMap:
     """Material points of all yarns, by their places."""
 
-    nodes: np.ndarray  # (N, 3) [m]
-    elements: np.ndarray  # int (E, a), their nodes
-    yarn: np.ndarray  # int (N,), of every node
+    nodes: Floats  # (N, 3) [m]
+    elements: np.ndarray  # (E, a), their nodes
+    yarn: Ints  # (N,), of every node
     shape: Functions  # of the elements
 
     def locate(
         self,
-        points: np.ndarray,  # (k, 3), places in or next to yarns [m]
-        yarn: np.ndarray,  # int (k,), the yarn that each belongs to
-    ) -> tuple[np.ndarray, np.ndarray]:
+        points: Floats,  # (k, 3), places in or next to yarns [m]
+        yarn: Ints,  # (k,), the yarn that each belongs to
+    ) -> tuple[Ints, Floats]:
         """Return the nodes (k, a) and weights (k, a) whose sum a material point is.
 
         A point outside is given by the element that it is least far out of, which goes on as its functions do.
@@ -292,7 +291,7 @@ class InverseMap:
         require_near(np.abs(natural).max(axis=1) <= FARTHEST, points, yarn)
         return nearest, self.shape(natural)
 
-    def _nearest(self, elements: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _nearest(self, elements: np.ndarray, points: Floats) -> tuple[np.ndarray, Floats]:
         """Return nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""
         count = min(CANDIDATES, len(elements))
         near = cKDTree(self.nodes[elements].mean(axis=1)).query(points, k=np.arange(1, count + 1))[1]
@@ -310,10 +309,10 @@ class InverseMap:
 
 
 def natural_coordinates(
-    corners: np.ndarray,  # (k, a, 3), nodes of one element for every point [m]
-    points: np.ndarray,  # (k, 3), [m]
+    corners: Floats,  # (k, a, 3), nodes of one element for every point [m]
+    points: Floats,  # (k, 3), [m]
     shape: Functions,  # of the element
-) -> np.ndarray:
+) -> Floats:
     """Return the natural coordinates (k, 3) of points in elements; nan where the iteration does not get there.
 
     Examples
@@ -323,8 +322,71 @@ def natural_coordinates(
     [[0.0, 0.5, 1.0]]
     """
 
-    def mapped(number: np.ndarray, natural: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def mapped(number: Ints, natural: Floats) -> tuple[Floats, Floats]:
         own, gradient = corners[number], shape_gradient(natural, shape)
         return np.einsum("ka,kai->ki", shape(natural), own), np.swapaxes(own, 1, 2) @ gradient
 
     return inverted(mapped, points, np.zeros_like(points), CLOSE * np.ptp(corners, axis=1).max(axis=1))
+
+
+# Quadratic hexahedron with twenty nodes: edges are curved, integration is reduced
+# Serendipity functions (Zienkiewicz, Taylor and Zhu 2013, section 6.7.2). Nodes are in the order of VTK, which is that
+# of C3D20R in Abaqus and CalculiX as well: corners, then the middles of the lower edges, of the upper ones, and of
+# those between them.
+
+EDGES = np.array(
+    [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)]
+)
+"""Corners (12, 2) that the nodes 8 to 19 lie between."""
+
+NATURAL = np.concatenate([CORNERS, CORNERS[EDGES].mean(axis=1)])  # natural coordinates (20, 3) of the nodes
+NODES = len(NATURAL)
+
+
+def quadratic_shape(natural: np.ndarray) -> np.ndarray:
+    """Return the shape functions (k, 20) at natural coordinates (k, 3).
+
+    Examples
+    --------
+    >>> float(quadratic_shape(np.zeros((1, 3))).sum().round(12))
+    1.0
+    """
+    factor = 1 + NATURAL * natural[:, None]  # (k, 20, 3)
+    product = factor.prod(axis=2)
+    reach = (CORNERS * natural[:, None]).sum(axis=2) - 2
+    bubble = 1 - natural**2
+    along = np.argmin(np.abs(NATURAL[8:]), axis=1)
+    return np.concatenate([product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4], axis=1)
+
+
+QUADRATIC_GRADIENTS = shape_gradient(
+    GAUSS, quadratic_shape
+)  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
+
+
+@ELEMENTS.register
+class QuadraticHexahedron(Hexahedra):
+    """Twenty-node hexahedron with 2 x 2 x 2 Gauss points.
+
+    Eight points see 48 of the 54 deformations of one element: six of its modes cost no energy. A single row of elements
+    has some of them as well; where two by two lie side by side, as in the section of any yarn, there are none left.
+
+    Raises MeshError if an element is folded at one of its points.
+    """
+
+    name, meaning, nodes = "quadratic", "20 nodes on curved edges, reduced integration", NODES
+    few = 64
+
+    def __init__(
+        self,
+        corners: Floats,  # (E, 20, 3), undeformed nodes [m]
+        material: Material,
+        coefficient: float = 0.0,  # of hourglass control, which it does without
+    ) -> None:
+        weight, gradient = (
+            np.empty((len(corners), len(GAUSS))),
+            np.empty((len(corners), NODES, len(GAUSS), 3)),
+        )
+        for q, natural in enumerate(QUADRATIC_GRADIENTS):
+            weight[:, q], gradient[:, :, q] = jacobians(corners, natural)
+        super().__init__(corners, material, GAUSS, weight, gradient)

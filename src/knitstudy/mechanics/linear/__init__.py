@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ctypes
 import time
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +15,7 @@ import scipy.sparse.linalg as spla
 from scipy.linalg import cython_lapack
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.pattern_sum import lacking
 
 NOWHERE = np.empty(0, dtype=np.int64)
@@ -26,11 +28,11 @@ class System:
     matrix: sp.bsr_matrix | sp.csr_matrix  # (size, size)
     # (size, size), part of it without which it is symmetric and positive definite
     unsymmetric: sp.bsr_matrix | None = None
-    touching: np.ndarray = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
+    touching: Ints = field(default_factory=lambda: NOWHERE)  # nodes that contact acts on
     # (n, 3), displacement of the nodes [m]: rigid motions are about where they are
     moved: np.ndarray | None = None
 
-    def symmetric(self) -> AbstractContextManager:
+    def symmetric(self) -> AbstractContextManager[None]:
         """Return a context in which the matrix is without its unsymmetric part."""
         part = self.unsymmetric
         return nullcontext() if part is None or not part.nnz else lacking(self.matrix, part)
@@ -40,7 +42,7 @@ class System:
 class Solution:
     """Solution of a linear system and the Krylov iterations that it took (0 for a direct solver)."""
 
-    x: np.ndarray
+    x: Floats
     iterations: int
 
 
@@ -58,7 +60,7 @@ class LinearSolver(Protocol):
     def release(self) -> None:
         """Forget the matrix, so that its memory can serve for the next one."""
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
 
 
@@ -95,11 +97,11 @@ def solve_band(factor: np.ndarray, rhs: np.ndarray) -> None:
     _PBTRS[factor.dtype](b"L", _int(n), _int(rows - 1), _int(1), *band, *right, ctypes.byref(info))
 
 
-def _int(value: int) -> ctypes._SimpleCData:
+def _int(value: int) -> Any:
     return ctypes.byref(ctypes.c_int(value))
 
 
-def _routine(name: str, arguments: int) -> ctypes._CFuncPtr:
+def _routine(name: str, arguments: int) -> Callable[..., None]:
     capsule = cython_lapack.__pyx_capi__[name]
     name_of = ctypes.pythonapi.PyCapsule_GetName
     name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
@@ -137,18 +139,19 @@ class LU:
 
     forget = release
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""
         started = time.perf_counter()
         self.setup_seconds = 0.0
+        matrix = self._matrix
+        assert matrix is not None, "no matrix to solve with: it was released"
         if self._factors is None:
-            blocks = self._matrix.format == "bsr"
-            self._factors = NodeFactors(self._matrix) if blocks else factorise(self._matrix)
+            self._factors = NodeFactors(matrix) if matrix.format == "bsr" else factorise(matrix)
             self.setup_seconds = time.perf_counter() - started
         x = self._factors.solve(rhs)
         level = np.linalg.norm(rhs)
         for _ in range(REFINEMENTS):
-            residual = rhs - self._matrix @ x
+            residual = rhs - matrix @ x
             # Without pivoting, factors of an unsymmetric matrix may need a step of refinement.
             if np.linalg.norm(residual) <= min(tolerance, 1e-10) * level:
                 break
@@ -183,7 +186,7 @@ class NodeFactors:
         self._factors = factorise(transposed, "NATURAL")
         self.order = (size * order[:, None] + np.arange(size)).ravel()  # of the unknowns
 
-    def solve(self, rhs: np.ndarray) -> np.ndarray:
+    def solve(self, rhs: Floats) -> Floats:
         """Return the solution (n,) for a right-hand side (n,).
 
         Examples

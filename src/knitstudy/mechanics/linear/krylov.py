@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import LinearOperator, gcrotmk
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import LU, NOWHERE, Solution, System
 
@@ -81,8 +82,8 @@ Apply = Callable[[np.ndarray], np.ndarray]
 class Iterate:
     """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
 
-    x: np.ndarray
-    residual: np.ndarray
+    x: Floats
+    residual: Floats
     level: float
     iterations: int = 0
 
@@ -121,7 +122,7 @@ def conjugate_gradients(
         # Orthogonal to the last direction itself, not by a formula that presumes a constant preconditioner.
         direction = correction - (correction @ image) / curvature * direction
         image = matrix @ direction
-        curvature = direction @ image
+        curvature = float(direction @ image)
         if not curvature > 0:
             return INDEFINITE
         length = (direction @ state.residual) / curvature
@@ -148,7 +149,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
     [1.0, 1.0]
     """
 
-    def counted(residual: np.ndarray) -> np.ndarray:
+    def counted(residual: Floats) -> Floats:
         state.iterations += 1
         return apply(residual)
 
@@ -186,7 +187,7 @@ class Preconditioner(Protocol):
     def release(self) -> None:
         """Give up the preconditioner, so that searches and tangents can use its memory before it is made anew."""
 
-    def apply(self, residual: np.ndarray) -> np.ndarray:
+    def apply(self, residual: Floats) -> Floats:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
 
 
@@ -210,7 +211,6 @@ class Krylov:
         self.setup_seconds = 0.0
         self.setups = 0  # how often the preconditioner was made
         self._system: System | None = None
-        self._rows: Rows | None = None
         self._known = NOWHERE
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
@@ -223,19 +223,19 @@ class Krylov:
 
     def use(self, system: System) -> None:
         """Take a new matrix; the preconditioner stays."""
-        self._system, self._rows, self._fresh = system, Rows.of(system.matrix), False
+        self._system, self._fresh = system, False
         if self._direct is not None:
             self._direct.use(system)
 
     def release(self) -> None:
         """Give up the matrix; the preconditioner stays unless it is due to be made anew."""
-        self._system = self._rows = None
+        self._system = None
         if self._waste > WASTE:
             self.preconditioner.release()
         if self._direct is not None:
             self._direct.release()
 
-    def solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve to a true relative residual of `tolerance`.
 
         Raises ConvergenceError if that takes too many iterations, or a symmetric matrix is not positive definite and
@@ -251,42 +251,43 @@ class Krylov:
             self.setup_seconds += self._direct.setup_seconds
             return solution
 
-    def _solve(self, rhs: np.ndarray, tolerance: float) -> Solution:
+    def _solve(self, rhs: Floats, tolerance: float) -> Solution:
         self.setup_seconds = 0.0
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
+        assert self._system is not None, "no matrix to solve with: it was released"
         if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
-            self._renew()
-        problem = self._iterate(state, tolerance)
+            self._renew(self._system)
+        problem = self._iterate(self._system, state, tolerance)
         if problem is INDEFINITE and self._direct is None and state.x.any():
             return Solution(state.x, state.iterations)
         if problem and not self._fresh:
-            self._renew()
-            problem = self._iterate(state, tolerance)
+            self._renew(self._system)
+            problem = self._iterate(self._system, state, tolerance)
         if problem:
             raise ConvergenceError(f"the linear solver failed: {problem}")
         return Solution(state.x, state.iterations)
 
-    def _renew(self) -> None:
+    def _renew(self, system: System) -> None:
         started = time.perf_counter()
         self._waste = np.inf  # one that fails here leaves none that could stay
-        self.preconditioner.update(self._system)
-        self._known = self._system.touching
+        self.preconditioner.update(system)
+        self._known = system.touching
         self.setups += 1
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _iterate(self, state: Iterate, tolerance: float) -> str | None:
+    def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
-        goal = tolerance * state.level
+        goal, rows = tolerance * state.level, Rows.of(system.matrix)
         # iterations of a fresh preconditioner
         wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)
-        start, before = np.linalg.norm(state.residual), state.iterations
-        method = conjugate_gradients if self._system.unsymmetric is None else minimal_residuals
-        problem = method(self._rows, self.preconditioner.apply, state, goal, most)
+        start, before = float(np.linalg.norm(state.residual)), state.iterations
+        method = conjugate_gradients if system.unsymmetric is None else minimal_residuals
+        problem = method(rows, self.preconditioner.apply, state, goal, most)
         if problem:
             return problem
-        used, reached = state.iterations - before, np.linalg.norm(state.residual)
+        used, reached = state.iterations - before, float(np.linalg.norm(state.residual))
         if reached > goal:
             return f"{used} iterations reached a relative residual of {reached / state.level:.1e}, not {tolerance:.1e}"
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pyamg
@@ -16,6 +17,7 @@ from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU
 
 from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.linear import System, factorise, factorise_band, solve_band
 from knitstudy.mechanics.linear.krylov import Rows
@@ -33,18 +35,18 @@ class KnitStructure:
     displaced alike.
     """
 
-    position: np.ndarray  # (n, 3), nodes [m]
-    unity: np.ndarray  # (n,), the nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh
-    yarn: np.ndarray  # int (n,), yarn of every node, ascending
-    # int (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
-    station: np.ndarray
+    position: Floats  # (n, 3), nodes [m]
+    unity: Floats  # (n,), the nodes' values in the sum that is 1 everywhere: 1 for nodes of a mesh
+    yarn: Ints  # (n,), yarn of every node, ascending
+    # (n,), place along the yarn, ascending: nodes of one cross-section, or of one spline, have it in common
+    station: Ints
     bandwidth: int  # largest difference of node numbers within an element of one yarn
-    # int (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
+    # (p,), nodes where yarns are tied to each other; None if crossings are no scale of their own, touching
     # ones neither
-    patch: np.ndarray | None
-    fixed: np.ndarray  # int (k,), prescribed unknowns
+    patch: Ints | None
+    fixed: Ints  # (k,), prescribed unknowns
 
-    def rigid_motions(self, group: np.ndarray, moved: np.ndarray | None) -> np.ndarray:
+    def rigid_motions(self, group: Ints, moved: Floats | None) -> Floats:
         """Return the rigid motions (n, 3, 6) of groups (n,) of nodes that have moved (n, 3) [m]; none where fixed."""
         position = self.position if moved is None else self.position + moved
         motions = rigid_motions(position, self.unity, group)
@@ -76,13 +78,13 @@ class YarnScale:
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
-        self._factors: list[np.ndarray | None] = [None] * (len(self._nodes) - 1)
+        self._factors: list[np.ndarray] = []
         self._outside = None
 
     def update(self, matrix: sp.bsr_matrix) -> None:
         """Factorise the yarns of a matrix; raises ConvergenceError if one is not positive definite."""
 
-        def make(yarn: int) -> tuple[np.ndarray, np.ndarray]:
+        def make(yarn: int) -> tuple[np.ndarray, Floats]:
             for dtype in (np.float32, np.float64):
                 # In single precision a yarn that hardly anything holds cannot be told from one that nothing holds.
                 band, lumps = self._band(matrix, yarn, dtype)
@@ -91,11 +93,11 @@ class YarnScale:
                     return band, lumps
             raise ConvergenceError(f"the stiffness of yarn {yarn} is not positive definite (minor {minor})")
 
-        self._factors, lumps = map(list, zip(*share(make, len(self._factors)), strict=True))
+        self._factors, lumps = map(list, zip(*share(make, len(self._nodes) - 1), strict=True))
         bandwidths = [len(factor) // 3 - 1 for factor in self._factors]
         self._outside = _outside(matrix, self._nodes, bandwidths, np.concatenate(lumps))
 
-    def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, np.ndarray]:
+    def _band(self, matrix: sp.bsr_matrix, yarn: int, dtype: type) -> tuple[np.ndarray, Floats]:
         """Return the lower band (bandwidth + 1, unknowns) of a yarn in LAPACK's order.
 
         And the addition to the diagonal of every node (nodes, 3) for entries outside of it.
@@ -129,7 +131,7 @@ class YarnScale:
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
         return reach if reach <= WIDER * self._bandwidth else self._bandwidth
 
-    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+    def correct(self, residual: Floats, correction: Floats) -> None:
         """Add the correction of all yarns and take its effect off the residual, both (size,) in place.
 
         The new residual is the effect of the entries that the factors leave out: no product with the whole matrix.
@@ -146,7 +148,7 @@ class YarnScale:
         np.negative(self._outside @ along, out=residual)
 
 
-def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
+def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple[Any, ...]]:
     """Yield ranges low, high of the nodes first .. last, with the rows, columns and values of their blocks."""
     for low in range(first, last, CHUNK):
         high = min(low + CHUNK, last)
@@ -155,15 +157,13 @@ def _chunks(matrix: sp.bsr_matrix, first: int, last: int) -> Iterator[tuple]:
         yield low, high, row, matrix.indices[entries], matrix.data[entries]
 
 
-def _outside(
-    matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int], lumps: np.ndarray
-) -> sp.csr_matrix:
+def _outside(matrix: sp.bsr_matrix, nodes: Ints, bandwidth: list[int], lumps: Floats) -> sp.csr_matrix:
     """Return a matrix without the bands of its yarns and the additions to them, in single precision."""
     rows = sp.vstack(list(_rows_outside(matrix, nodes, bandwidth)), format="csr")
     return rows - sp.diags(lumps.ravel().astype(np.float32), format="csr")
 
 
-def _rows_outside(matrix: sp.bsr_matrix, nodes: np.ndarray, bandwidth: list[int]) -> Iterator[sp.csr_matrix]:
+def _rows_outside(matrix: sp.bsr_matrix, nodes: Ints, bandwidth: list[int]) -> Iterator[sp.csr_matrix]:
     """Yield ranges of rows without the bands of yarns."""
     for first, last, reach in zip(nodes[:-1], nodes[1:], bandwidth, strict=True):
         for low, high, row, column, data in _chunks(matrix, first, last):
@@ -188,6 +188,7 @@ class CrossingScale:
     def __init__(self, structure: KnitStructure) -> None:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
+        self._columns: Rows | None = None  # of the unknowns
 
     def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
@@ -218,7 +219,7 @@ class CrossingScale:
         """Forget the factors, so that their memory can serve for new ones."""
         self._columns, self._factors = None, []
 
-    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+    def correct(self, residual: Floats, correction: Floats) -> None:
         """Add the patches' correction and take its effect off the residual, both (size,) in place."""
         if not len(self.unknowns):
             return
@@ -230,6 +231,7 @@ class CrossingScale:
             local[group] = self._factors[number].solve(given[group])
 
         share(solve, len(self._groups))
+        assert self._columns is not None, "the factors were released"
         correction[self.unknowns] += local
         residual -= self._columns @ local
 
@@ -242,7 +244,7 @@ def _groups(matrix: sp.csr_matrix) -> list[np.ndarray]:
     return [np.flatnonzero(group[patch] == number) for number in np.unique(group)]
 
 
-def _block_rows(matrix: sp.bsr_matrix, nodes: np.ndarray) -> sp.bsr_matrix:
+def _block_rows(matrix: sp.bsr_matrix, nodes: Ints) -> sp.bsr_matrix:
     """Return the rows of all unknowns of some nodes."""
     entries = block_entries(matrix, nodes)
     indptr = np.concatenate([[0], np.cumsum(np.diff(matrix.indptr)[nodes])])
@@ -267,39 +269,42 @@ class FabricScale:
 
     def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
+        self._grid: tuple[SuperLU, Rows, Rows, Rows] | None = None
         first = np.searchsorted(structure.yarn, structure.yarn)
         within = (structure.station - structure.station[first]) // STATIONS
         label = structure.yarn * (within.max() + 1) + within
         self._group = np.unique(label, return_inverse=True)[1]
 
-    def update(self, matrix: sp.bsr_matrix, moved: np.ndarray | None = None) -> None:
+    def update(self, matrix: sp.bsr_matrix, moved: Floats | None = None) -> None:
         """Form the grid's operator and its factors, for nodes that have moved (n, 3) [m].
 
         About undeformed arms, rigid motions would stretch parts that have turned.
         """
         prolongation = self.prolongation(moved)
-        self._effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
+        effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        self._spread, self._collect = (Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3))))
-        self._factors = factorise(_anchor(coarse))
+        spread, collect = Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
+        self._grid = factorise(_anchor(coarse)), spread, collect, effect
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
-        self._factors = self._spread = self._collect = self._effect = None
+        self._grid = None
 
-    def prolongation(self, moved: np.ndarray | None = None) -> sp.bsr_matrix:
+    def prolongation(self, moved: Floats | None = None) -> sp.bsr_matrix:
         """Return the motions of all nodes by the motions of their groups."""
         group = self._group
         blocks = self._structure.rigid_motions(group, moved)
         shape = (3 * len(group), 6 * (int(group.max()) + 1))
         return sp.bsr_matrix((blocks, group, np.arange(len(group) + 1)), shape=shape)
 
-    def correct(self, residual: np.ndarray, correction: np.ndarray) -> None:
+    def correct(self, residual: Floats, correction: Floats) -> None:
         """Add the grid's correction and take its effect off the residual, both (size,) in place."""
-        given = self._collect @ residual.astype(np.float32)
-        coarse = self._factors.solve(given.astype(float)).astype(np.float32)
-        correction += self._spread @ coarse
-        residual -= self._effect @ coarse
+        assert self._grid is not None, "the factors were released"
+        factors, spread, collect, effect = self._grid
+        given = collect @ residual.astype(np.float32)
+        coarse = factors.solve(given.astype(float)).astype(np.float32)
+        correction += spread @ coarse
+        residual -= effect @ coarse
 
 
 def _anchor(coarse: sp.csr_matrix) -> sp.csr_matrix:
@@ -331,10 +336,11 @@ class ThreeScale:
                 self.crossing.update(system)
         self.fabric.update(system.matrix, system.moved)
         crossing = [] if self.crossing is None else [self.crossing]
+        self._order: list[FabricScale | YarnScale | CrossingScale]
         if system.unsymmetric is not None:
             self._order = [self.fabric, *crossing, self.yarn]
         elif crossing:
-            self._order = [self.fabric, self.yarn, self.crossing, self.yarn, self.fabric]
+            self._order = [self.fabric, self.yarn, *crossing, self.yarn, self.fabric]
         else:
             self._order = [self.fabric, self.yarn, self.fabric]
 
@@ -344,7 +350,7 @@ class ThreeScale:
             if scale is not None:
                 scale.release()
 
-    def apply(self, residual: np.ndarray) -> np.ndarray:
+    def apply(self, residual: Floats) -> Floats:
         """Return the correction (size,) for a residual."""
         residual = residual.copy()
         correction = np.zeros_like(residual)
@@ -381,6 +387,6 @@ class AlgebraicMultigrid:
         """Forget the hierarchy."""
         self._cycle = None
 
-    def apply(self, residual: np.ndarray) -> np.ndarray:
+    def apply(self, residual: Floats) -> Floats:
         """Return one V-cycle's correction (size,)."""
         return self._cycle @ residual

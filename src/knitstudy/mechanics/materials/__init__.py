@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.registry import Registry
 
 Axes = np.ndarray | None
@@ -27,9 +28,15 @@ FULL = np.array([[0, 3, 5], [3, 1, 4], [5, 4, 2]])  # position (3, 3) of every t
 class Stress:
     """Energy density (e,) [J/m3], second Piola-Kirchhoff stress (e, 3, 3) [Pa], tangent (e, 6, 6) [Pa] or None."""
 
-    energy: np.ndarray
-    stress: np.ndarray
-    tangent: np.ndarray | None
+    energy: Floats
+    stress: Floats
+    tangent: Floats | None
+
+    @property
+    def moduli(self) -> Floats:
+        """The tangent of a response that was asked for with it."""
+        assert self.tangent is not None, "this response was asked for without its tangent"
+        return self.tangent
 
 
 class Material(Protocol):
@@ -60,7 +67,7 @@ class Material(Protocol):
     def without_dilatation(self) -> tuple[Material, float]:
         """Return the law without an energy lame/2 theta^2 of the dilatation, and lame [Pa]."""
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
+    def respond(self, strain: Floats, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return energy, stress and, if asked, tangent of Green strains (e, 3, 3).
 
         `axes` (e, 3, 3) are local unit vectors in columns, the first along the yarn. A given `pressure` (e,) [Pa] adds
@@ -76,7 +83,7 @@ def material_of(yarn: Any) -> Material:
     return MATERIALS.find(yarn.material).of(yarn)
 
 
-def axes_along(direction: np.ndarray) -> np.ndarray:
+def axes_along(direction: Floats) -> Floats:
     """Return local axes (k, 3, 3) in columns, the first along directions (k, 3) of any length.
 
     Examples
@@ -91,7 +98,7 @@ def axes_along(direction: np.ndarray) -> np.ndarray:
     return np.stack([first, second, np.cross(first, second)], axis=2)
 
 
-def rotate_strain(axes: np.ndarray) -> np.ndarray:
+def rotate_strain(axes: Floats) -> Floats:
     """Return the matrices (e, 6, 6) that take engineering strains to the axes (e, 3, 3) in columns.
 
     Examples

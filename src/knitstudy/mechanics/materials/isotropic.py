@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Axes, Field, Stress
 
 
@@ -50,7 +51,7 @@ class Isotropic:
         return self.youngs_modulus * nu / ((1 + nu) * (1 - 2 * nu))
 
     @property
-    def moduli(self) -> np.ndarray:
+    def moduli(self) -> Floats:
         """Stress over engineering strain (6, 6) of small strains [Pa]."""
         moduli = np.diag([2 * self.shear_modulus] * 3 + [self.shear_modulus] * 3)
         moduli[:3, :3] += self.lame
@@ -80,9 +81,10 @@ class Hencky(Isotropic):
     small strains nor repeated stretches lose digits. L and C commute: S = C^-1 T with T = 2 mu L + lame tr L.
     """
 
-    name, meaning = "hencky", "linear in logarithmic strain"
+    name: ClassVar[str] = "hencky"
+    meaning: ClassVar[str] = "linear in logarithmic strain"
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
+    def respond(self, strain: Floats, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         x = 2 * components(strain)
@@ -108,7 +110,7 @@ class Hencky(Isotropic):
 class Resolvent:
     """A(t) = (1 + t X)^-1 of symmetric tensors X (6, e) at the nodes of the logarithm's quadrature."""
 
-    def __init__(self, x: np.ndarray) -> None:
+    def __init__(self, x: Floats) -> None:
         self._x, self._adjugate = x, _adjugate(x)
         self._trace, second = x[:3].sum(axis=0), self._adjugate[:3].sum(axis=0)
         third = x[0] * self._adjugate[0] + x[3] * self._adjugate[3] + x[5] * self._adjugate[5]
@@ -121,12 +123,12 @@ class Resolvent:
         invariants = np.stack([np.ones_like(second), self._trace, second, third])
         self._over_determinant = 1 / (self._powers[:4].T @ invariants)  # of 1 + t X: (n, e)
 
-    def sum(self, factors: np.ndarray) -> np.ndarray:
+    def sum(self, factors: Floats) -> Floats:
         """Return the sum (6, e) of A over the nodes, times factors (n,)."""
         s = (factors * self._powers[:3]) @ self._over_determinant
         return (s[0] + self._trace * s[1]) * UNIT - s[1] * self._x + s[2] * self._adjugate
 
-    def pairs(self, factors: np.ndarray) -> np.ndarray:
+    def pairs(self, factors: Floats) -> Floats:
         """Return the sum (21, e) of the products of all pairs of components of A, times factors (n,)."""
         x, adjugate, trace = self._x, self._adjugate, self._trace
         s = (factors * self._powers) @ self._over_determinant**2
@@ -138,7 +140,7 @@ class Resolvent:
         return total
 
 
-def add_pairs(total: np.ndarray, one: np.ndarray, other: np.ndarray) -> None:
+def add_pairs(total: Floats, one: Floats, other: Floats) -> None:
     """Add one_p other_q + one_q other_p to the pairs (21, e) of components (6, e)."""
     for p, (start, end) in enumerate(pairwise(FIRST)):
         total[start:end] += one[p] * other[p:]
@@ -152,12 +154,12 @@ POSITION[PAIRS[:, 0], PAIRS[:, 1]] = POSITION[PAIRS[:, 1], PAIRS[:, 0]] = np.ara
 CROSSED = POSITION[FULL[_I, _K], FULL[_J, _L]], POSITION[FULL[_I, _L], FULL[_J, _K]]
 
 
-def crossed(pairs: np.ndarray) -> np.ndarray:
+def crossed(pairs: Floats) -> Floats:
     """Return A_ik A_jl + A_il A_jk (6, 6, e) of pairs (21, e)."""
     return (pairs[CROSSED[0]] + pairs[CROSSED[1]])[POSITION]
 
 
-def components(tensor: np.ndarray) -> np.ndarray:
+def components(tensor: Floats) -> Floats:
     """Return the components (6, e) of symmetric tensors (e, 3, 3).
 
     Examples
@@ -168,7 +170,7 @@ def components(tensor: np.ndarray) -> np.ndarray:
     return tensor.transpose(1, 2, 0)[VOIGT[:, 0], VOIGT[:, 1]]
 
 
-def _adjugate(x: np.ndarray) -> np.ndarray:
+def _adjugate(x: Floats) -> Floats:
     """Return the transposed cofactors of symmetric tensors (6, e)."""
     a, b, c, d, f, g = x
     return np.stack(
@@ -176,7 +178,7 @@ def _adjugate(x: np.ndarray) -> np.ndarray:
     )
 
 
-def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def product(one: Floats, other: Floats) -> Floats:
     """Return the product (6, e) of symmetric tensors (6, e) that commute.
 
     Examples
@@ -189,7 +191,7 @@ def product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     return np.stack([sum(one[p] * other[q] for p, q in zip(*row, strict=True)) for row in rows])
 
 
-def _quadrature(x: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _quadrature(x: Floats, inverse: Floats) -> tuple[Floats, Floats]:
     """Return nodes and weights on (0, 1) that leave nothing out of ln C, up to `MOST_NODES`.
 
     With n nodes the error falls as r^(2n) for a squared stretch z, r = |1 - sqrt(z)| / (1 + sqrt(z)): 1 / (1 + t X) has
@@ -200,14 +202,14 @@ def _quadrature(x: np.ndarray, inverse: np.ndarray) -> tuple[np.ndarray, np.ndar
     return _gauss(min(int(np.ceil(np.log(1e-17) / (2 * np.log(ratio)))), MOST_NODES))
 
 
-def _norm(tensor: np.ndarray) -> float:
+def _norm(tensor: Floats) -> float:
     """Return the largest Frobenius norm of symmetric tensors (6, e)."""
     squares = (tensor[:3] ** 2).sum(axis=0) + 2 * (tensor[3:] ** 2).sum(axis=0)
     return float(np.sqrt(np.nanmax(squares, initial=0.0)))
 
 
 @cache
-def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
+def _gauss(count: int) -> tuple[Floats, Floats]:
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (1 + nodes) / 2, weights / 2
 
@@ -216,9 +218,10 @@ def _gauss(count: int) -> tuple[np.ndarray, np.ndarray]:
 class NeoHooke(Isotropic):
     """W = mu/2 (tr C - 3) - mu ln J + lame/2 (ln J)^2 (Bonet and Wood 2008, section 6.4.3)."""
 
-    name, meaning = "neo_hookean", "of rubber"
+    name: ClassVar[str] = "neo_hookean"
+    meaning: ClassVar[str] = "of rubber"
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
+    def respond(self, strain: Floats, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         c = np.eye(3) + 2 * strain
@@ -227,8 +230,8 @@ class NeoHooke(Isotropic):
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * (trace - log_j) + 0.5 * lame * log_j**2
         # I - C^-1 = 2 C^-1 E keeps its digits at small strains.
-        pressure = lame * log_j + pressure
-        stress = 2 * mu * inverse @ strain + pressure[:, None, None] * inverse
+        whole = np.asarray(lame * log_j + pressure)
+        stress = 2 * mu * inverse @ strain + whole[:, None, None] * inverse
         stress = 0.5 * (stress + np.swapaxes(stress, 1, 2))
         if not tangent:
             return Stress(energy, stress, None)
@@ -236,7 +239,7 @@ class NeoHooke(Isotropic):
         dyad = inverse[:, i, j][:, :, None] * inverse[:, i, j][:, None, :]
         first = inverse[:, i[:, None], i] * inverse[:, j[:, None], j]
         second = inverse[:, i[:, None], j] * inverse[:, j[:, None], i]
-        moduli = lame * dyad + (mu - pressure)[:, None, None] * (first + second)
+        moduli = lame * dyad + (mu - whole)[:, None, None] * (first + second)
         return Stress(energy, stress, moduli)
 
 
@@ -244,14 +247,15 @@ class NeoHooke(Isotropic):
 class StVenantKirchhoff(Isotropic):
     """W = mu E:E + lame/2 (tr E)^2. Softens in compression: for comparison below 1% strain or with CalculiX."""
 
-    name, meaning = "st_venant_kirchhoff", "linear in Green's strain"
-    logarithmic = False
+    name: ClassVar[str] = "st_venant_kirchhoff"
+    meaning: ClassVar[str] = "linear in Green's strain"
+    logarithmic: ClassVar[bool] = False
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
+    def respond(self, strain: Floats, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3)."""
         mu, lame = self.shear_modulus, self.lame
         trace = np.trace(strain, axis1=1, axis2=2)
         energy = mu * np.einsum("eij,eij->e", strain, strain) + 0.5 * lame * trace**2
-        stress = 2 * mu * strain + (lame * trace + pressure)[:, None, None] * np.eye(3)
+        stress = 2 * mu * strain + np.asarray(lame * trace + pressure)[:, None, None] * np.eye(3)
         constant = np.broadcast_to(self.moduli, (len(strain), 6, 6)) if tangent else None
         return Stress(energy, stress, constant)

@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import FULL, MATERIALS, Axes, Field, Stress, rotate_strain
 from knitstudy.mechanics.materials.isotropic import Resolvent, add_pairs, components, crossed, product
 
@@ -88,7 +89,7 @@ class TransverselyIsotropic:
         return type(self)(*constants, self.axial_shear_modulus), lame
 
     @cached_property
-    def stiffness(self) -> np.ndarray:
+    def stiffness(self) -> Floats:
         """c (6, 6) [Pa]: stress over engineering strain, the axis first."""
         e_a, e_t, shear = self.youngs_modulus, self.transverse_modulus, self.axial_shear_modulus
         nu_t = self.transverse_poisson_ratio
@@ -97,7 +98,7 @@ class TransverselyIsotropic:
         compliance[1, 2] = compliance[2, 1] = -nu_t / e_t
         return np.linalg.inv(compliance)
 
-    def respond(self, strain: np.ndarray, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
+    def respond(self, strain: Floats, tangent: bool, axes: Axes = None, pressure: Field = 0.0) -> Stress:
         """Return the response to Green strains (e, 3, 3), with local axes (e, 3, 3) in columns.
 
         Raises ConfigurationError without local axes.
@@ -123,7 +124,7 @@ class TransverselyIsotropic:
         turn = rotate_strain(axes)
         return Stress(energy, full, np.swapaxes(turn, 1, 2) @ moduli @ turn)
 
-    def _second_order(self, resolvent: Resolvent, force: np.ndarray) -> np.ndarray:
+    def _second_order(self, resolvent: Resolvent, force: Floats) -> Floats:
         """Return the pairs (21, e) of -int t (A B + B A) dt, B = A T A."""
         pairs = np.zeros((21, force.shape[1]))
         for number, (node, weight) in enumerate(zip(resolvent.nodes, resolvent.weights, strict=True)):
@@ -134,6 +135,6 @@ class TransverselyIsotropic:
         return pairs
 
 
-def _moduli(pairs: np.ndarray) -> np.ndarray:
+def _moduli(pairs: Floats) -> Floats:
     """Return A_ik A_jl + A_il A_jk (e, 6, 6) of pairs (21, e), every matrix one run of memory."""
     return np.ascontiguousarray(crossed(pairs).transpose(2, 0, 1))

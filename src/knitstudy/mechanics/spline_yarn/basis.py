@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from math import factorial
+from typing import TypeVar
 
 import numpy as np
 import scipy
@@ -14,6 +15,9 @@ from scipy.interpolate import BSpline
 from scipy.sparse.linalg import splu
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
+
+Degree = TypeVar("Degree", int, np.ndarray)
 
 # Orthonormal polynomials on the unit disc: Zernike's, degree by degree, and a quadrature for their products
 # Born and Wolf 1999, Principles of Optics, section 9.2.1 and appendix VII.
@@ -23,7 +27,7 @@ from knitstudy.errors import MeshError
 # so that phi_0 = 1, phi_1 = 2 x1 and phi_2 = 2 x2. On the rim P is 1: they are c cos(m theta) and c sin(m theta) there.
 
 
-def size(degree: int | np.ndarray) -> int | np.ndarray:
+def size(degree: Degree) -> Degree:
     """Return the number of functions up to a degree: 1, 3, 6, 10, 15, ...
 
     Examples
@@ -38,10 +42,10 @@ def size(degree: int | np.ndarray) -> int | np.ndarray:
 class Modes:
     """Degree n, wave number m (n_p,) of the functions up to some degree, which are sines, and their factors c."""
 
-    degree: np.ndarray
-    wave: np.ndarray
-    sine: np.ndarray
-    factor: np.ndarray
+    degree: Ints
+    wave: Ints
+    sine: Bools
+    factor: Floats
 
 
 @cache
@@ -60,7 +64,7 @@ def modes(degree: int) -> Modes:
     return Modes(n, m, sine.astype(bool), np.sqrt((n + 1) * np.where(m > 0, 2.0, 1.0)))
 
 
-def values(degree: int, x: np.ndarray) -> np.ndarray:
+def values(degree: int, x: Floats) -> Floats:
     """Return phi (k, n_p) at points x (k, 2), also outside of the disc.
 
     Examples
@@ -71,7 +75,7 @@ def values(degree: int, x: np.ndarray) -> np.ndarray:
     return gradients(degree, x)[0]
 
 
-def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def gradients(degree: int, x: Floats) -> tuple[Floats, Floats]:
     """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2).
 
     Examples
@@ -94,7 +98,7 @@ def gradients(degree: int, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 @cache
-def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
+def quadrature(degree: int) -> tuple[Floats, Floats]:
     """Return points (m, 2) and weights (m,) that integrate up to degree 2 p + 2: Gauss in r^2 times 2 p + 3 angles.
 
     Two degrees more than products of two functions have, for the Jacobian of a bent yarn and for strains that are not
@@ -110,7 +114,7 @@ def quadrature(degree: int) -> tuple[np.ndarray, np.ndarray]:
     return points, np.pi * weight
 
 
-def on_rings(rings: int, angles: int, turn: np.ndarray | float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+def on_rings(rings: int, angles: int, turn: np.ndarray | float = 0.0) -> tuple[Floats, Floats]:
     """Return points (m, 2) and weights (m,) of the mean over the disc; rings `turn` (rings, 1) by parts of a step.
 
     Examples
@@ -135,10 +139,10 @@ class Spline:
 
     degree: int  # d
     # (J + d + 1,), rising. J functions; the first and the last alone do not vanish at the ends.
-    knots: np.ndarray
+    knots: Floats
 
     @classmethod
-    def on(cls, breaks: np.ndarray, degree: int, sharp: Sequence[int] = ()) -> Spline:
+    def on(cls, breaks: Floats, degree: int, sharp: np.ndarray | Sequence[int] = ()) -> Spline:
         """Return the splines with knots at breaks (b,), smooth there but for the breaks of numbers `sharp`.
 
         At a sharp break the knot stands `degree` times: one function alone is 1 there, and a value that is prescribed
@@ -162,30 +166,30 @@ class Spline:
         return len(self.knots) - self.degree - 1
 
     @cached_property
-    def _interval(self) -> np.ndarray:
+    def _interval(self) -> Ints:
         """Numbers (E,) of the knots that spans begin with."""
         return np.flatnonzero(np.diff(self.knots) > 0)
 
     @cached_property
-    def spans(self) -> np.ndarray:
+    def spans(self) -> Floats:
         """Ends (E, 2) of the spans."""
         return np.stack([self.knots[self._interval], self.knots[self._interval + 1]], axis=-1)
 
     @cached_property
-    def first(self) -> np.ndarray:
+    def first(self) -> Ints:
         """First function (E,) of every span; d + 1 of them do not vanish there."""
         return self._interval - self.degree
 
-    def span_at(self, s: np.ndarray) -> np.ndarray:
+    def span_at(self, s: Floats) -> Ints:
         """Return the spans (k,) of places (k,); the nearest one outside of the yarn."""
         return np.clip(np.searchsorted(self.spans[:, 0], s, side="right") - 1, 0, len(self.spans) - 1)
 
     def basis(
         self,
-        s: np.ndarray,  # (k,)
+        s: Floats,  # (k,)
         orders: int = 0,  # highest derivative
-        span: np.ndarray | None = None,  # int (k,), spans to evaluate; by default the spans of the places
-    ) -> tuple[np.ndarray, np.ndarray]:
+        span: Ints | None = None,  # (k,), spans to evaluate; by default the spans of the places
+    ) -> tuple[Ints, Floats]:
         """Return the first function (k,) and all of them with derivatives (orders + 1, k, d + 1) at places (k,).
 
         Outside of the yarn its last spans go on.
@@ -201,17 +205,17 @@ class Spline:
         return self.first[span], np.swapaxes(powers @ self._pieces[span], 0, 1)
 
     @cached_property
-    def _pieces(self) -> np.ndarray:
+    def _pieces(self) -> Floats:
         """Coefficients (E, d + 1, d + 1) of the powers of the way into every span, for all functions there."""
         # Where knots fall, another yarn begins.
         yarns = np.split(self.knots, np.flatnonzero(np.diff(self.knots) < 0) + 1)
         return np.concatenate([_powers(knots, self.degree) for knots in yarns])
 
-    def matrix(self, s: np.ndarray) -> sp.csr_matrix:
+    def matrix(self, s: Floats) -> sp.csr_matrix:
         """Return the values (k, J) at places (k,)."""
         return sp.csr_matrix(BSpline.design_matrix(s, self.knots, self.degree, extrapolate=True))
 
-    def fit(self, s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    def fit(self, s: Floats, values: Floats) -> Floats:
         """Return the coefficients (J, m) of values (k, m) at rising places (k,) from end to end.
 
         Least squares, but the first and the last value are met.
@@ -229,7 +233,7 @@ class Spline:
         return np.concatenate([ends[:1], coefficients, ends[1:]])
 
 
-def _powers(knots: np.ndarray, degree: int) -> np.ndarray:
+def _powers(knots: Floats, degree: int) -> Floats:
     """Return Taylor's coefficients (E, d + 1, d + 1) of the functions of every span at its beginning."""
     count = degree + 1
     begin = np.flatnonzero(np.diff(knots) > 0)

@@ -19,6 +19,7 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import MeshError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.elements.hexahedron import CLOSE, inverted, require_near
 from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
 from knitstudy.mechanics.spline_yarn import basis as disc
@@ -32,7 +33,7 @@ class YarnSpace:
     """The space of one yarn."""
 
     spline: Spline  # over arc length [m]
-    degrees: np.ndarray  # int (J,) p of every coefficient along the yarn, at least 1
+    degrees: Ints  # (J,) p of every coefficient along the yarn, at least 1
     # Spans before and after those of the yarn itself: its images, where it repeats itself
     beyond: int = 0
 
@@ -42,7 +43,7 @@ class YarnSpace:
         return slice(self.beyond, len(self.spline.spans) - self.beyond)
 
     @cached_property
-    def first_node(self) -> np.ndarray:
+    def first_node(self) -> Ints:
         """First node (J + 1,) of every coefficient along the yarn, then the number of nodes."""
         return np.concatenate([[0], np.cumsum(disc.size(self.degrees))])
 
@@ -62,7 +63,7 @@ class YarnSpace:
         return disc.size(self.degree)
 
     @property
-    def span_sizes(self) -> np.ndarray:
+    def span_sizes(self) -> Ints:
         """Number of nodes (E,) of every span."""
         first = self.spline.first
         return self.first_node[first + self.spline.degree + 1] - self.first_node[first]
@@ -74,10 +75,10 @@ class YarnSpace:
 
     def weights(
         self,
-        first: np.ndarray,  # int (k,), first spline
-        along: np.ndarray,  # (k, d + 1), values or derivatives of the splines
-        across: np.ndarray,  # (k, n_p), of the functions over the section, up to the largest degree
-    ) -> tuple[np.ndarray, np.ndarray]:
+        first: Ints,  # (k,), first spline
+        along: Floats,  # (k, d + 1), values or derivatives of the splines
+        across: Floats,  # (k, n_p), of the functions over the section, up to the largest degree
+    ) -> tuple[Ints, Floats]:
         """Return nodes and weights (k, (d + 1) n_p) of sums over functions, zero where a coefficient has fewer."""
         spline = first[:, None] + np.arange(along.shape[1])
         k = np.arange(across.shape[1])
@@ -86,12 +87,12 @@ class YarnSpace:
         weights = np.where(there, along[..., None] * across[:, None], 0.0)
         return nodes.reshape(len(first), -1), weights.reshape(len(first), -1)
 
-    def fitted(self, s: np.ndarray, centre: np.ndarray, directors: np.ndarray, radius: float) -> np.ndarray:
+    def fitted(self, s: Floats, centre: Floats, directors: Floats, radius: float) -> Floats:
         """Return the nodes (N, 3) of a round yarn by centreline (k, 3) and unit directors (k, 2, 3) at places (k,)."""
         values = self.spline.fit(s, np.concatenate([centre, directors[:, 0], directors[:, 1]], axis=1))
         return self.coefficients(values[:, :3], values[:, 3:6], values[:, 6:], radius)
 
-    def coefficients(self, centre: np.ndarray, d1: np.ndarray, d2: np.ndarray, radius: float) -> np.ndarray:
+    def coefficients(self, centre: Floats, d1: Floats, d2: Floats, radius: float) -> Floats:
         """Return the nodes (N, 3) of a round yarn from the coefficients (J, 3) of centreline and unit directors."""
         nodes = np.zeros((self.size, 3))
         at = self.first_node[:-1]
@@ -108,7 +109,7 @@ class Space:
     yarns: tuple[YarnSpace, ...]
 
     @cached_property
-    def first_node(self) -> np.ndarray:
+    def first_node(self) -> Ints:
         """First node (Y + 1,) of every yarn, then the number of nodes N."""
         return np.concatenate([[0], np.cumsum([yarn.size for yarn in self.yarns])])
 
@@ -123,33 +124,33 @@ class Space:
         return max(yarn.stride for yarn in self.yarns)
 
     @cached_property
-    def yarn(self) -> np.ndarray:
+    def yarn(self) -> Ints:
         """Yarn (N,) of every node."""
         return np.repeat(np.arange(len(self.yarns)), np.diff(self.first_node))
 
     @cached_property
-    def station(self) -> np.ndarray:
+    def station(self) -> Ints:
         """Number (N,) of every node's spline among the splines of all yarns."""
         counts = disc.size(np.concatenate([yarn.degrees for yarn in self.yarns]))
         return np.repeat(np.arange(len(counts)), counts)
 
     @cached_property
-    def order(self) -> np.ndarray:
+    def order(self) -> Ints:
         """k (N,) of every node."""
         return np.arange(self.size) - np.searchsorted(self.station, self.station)
 
     @property
-    def unity(self) -> np.ndarray:
+    def unity(self) -> Floats:
         """Coefficients (N,) of the constant 1."""
         return (self.order == 0).astype(float)
 
     def weights(
         self,
-        yarn: np.ndarray,  # int (k,)
-        x: np.ndarray,  # (k, 2), place in the section over the radius, also outside of it
-        s: np.ndarray,  # (k,), arc length [m]
+        yarn: Ints,  # (k,)
+        x: Floats,  # (k, 2), place in the section over the radius, also outside of it
+        s: Floats,  # (k,), arc length [m]
         derivative: int | None = None,  # 0 or 1 across, 2 along [1/m]
-    ) -> tuple[np.ndarray, np.ndarray]:
+    ) -> tuple[Ints, Floats]:
         """Return nodes and weights (k, c) of places, or of a first derivative there."""
         splines = 1 + max(yarn.spline.degree for yarn in self.yarns)
         nodes = np.zeros((len(s), splines * self.stride), dtype=np.int64)
@@ -167,7 +168,7 @@ class Space:
             weights[here, : node.shape[1]] = weight
         return nodes, weights
 
-    def matrix(self, yarn: np.ndarray, x: np.ndarray, s: np.ndarray) -> sp.csr_matrix:
+    def matrix(self, yarn: Ints, x: Floats, s: Floats) -> sp.csr_matrix:
         """Return the weights (k, N) of places as a matrix; arguments as of `weights`."""
         nodes, weights = self.weights(yarn, x, s)
         indptr = np.arange(len(nodes) + 1) * nodes.shape[1]
@@ -179,9 +180,9 @@ class Space:
 
 def yarn_space(
     breaks: np.ndarray,  # (E + 1,), ends of the spans [m]
-    degrees: np.ndarray | int,  # (E,), p of every span
+    degrees: Ints | int,  # (E,), p of every span
     spline_degree: int = 3,  # d
-    sharp: Sequence[int] = (),  # breaks where a grip ends
+    sharp: np.ndarray | Sequence[int] = (),  # breaks where a grip ends
     beyond: int = 0,  # spans before and after the yarn that continue it as it repeats itself
 ) -> YarnSpace:
     """Return the space of a yarn whose spans have the degrees over the section that are asked for.
@@ -221,7 +222,7 @@ def yarn_space(
 # Places and their derivatives at the same points of many sections of one yarn: sums along it first, then across
 
 
-def along(yarn: YarnSpace, nodes: np.ndarray, s: np.ndarray) -> np.ndarray:
+def along(yarn: YarnSpace, nodes: Floats, s: Floats) -> Floats:
     """Return coefficients over the section and their derivatives (2, k, n_p, m) of nodes (n, m) at arc lengths (k,)."""
     k = np.arange(yarn.stride)
     there = k < np.diff(yarn.first_node)[:, None]
@@ -244,7 +245,7 @@ def sections(
     return phi @ value, np.stack([*across, phi @ slope], axis=-1)
 
 
-def deformation_gradient(slope: np.ndarray, change: np.ndarray) -> np.ndarray:
+def deformation_gradient(slope: Floats, change: Floats) -> Floats:
     """Return F (..., 3, 3) from the derivatives of undeformed places and of displacements that `sections` gives.
 
     Examples
@@ -262,10 +263,10 @@ SAMPLES = 4  # points a span among which Newton's method finds its start
 
 def locate(
     space: Space,
-    nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
-    points: np.ndarray,  # (k, 3), places [m]
-    yarn: np.ndarray,  # int (k,), the yarn that each belongs to
-) -> tuple[np.ndarray, np.ndarray]:
+    nodes: Floats,  # (N, 3), undeformed coefficients [m]
+    points: Floats,  # (k, 3), places [m]
+    yarn: Ints,  # (k,), the yarn that each belongs to
+) -> tuple[Floats, Floats]:
     """Return the coordinates x (k, 2), over the radius, and s (k,) [m] of places in or next to yarns.
 
     Outside of a yarn its shape goes on as the polynomials do.
@@ -278,7 +279,7 @@ def locate(
         own = space.yarns[number]
         start[here], size[here] = _start(own, nodes[space.first_node[number] :][: own.size], points[here])
 
-    def mapped(number: np.ndarray, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def mapped(number: Ints, places: Floats) -> tuple[Floats, Floats]:
         return shape(space, nodes, yarn[number], places[:, :2], places[:, 2])
 
     places = inverted(mapped, points, start, CLOSE * size)
@@ -286,9 +287,7 @@ def locate(
     return places[:, :2], places[:, 2]
 
 
-def shape(
-    space: Space, nodes: np.ndarray, yarn: np.ndarray, x: np.ndarray, s: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def shape(space: Space, nodes: Floats, yarn: Ints, x: Floats, s: Floats) -> tuple[Floats, Floats]:
     """Return places (k, 3) [m] and their derivatives (k, 3, 3), columns by x1, x2 [m] and s, of coordinates."""
     shapes = []
     for derivative in (None, 0, 1, 2):
@@ -297,7 +296,7 @@ def shape(
     return shapes[0], np.stack(shapes[1:], axis=-1)
 
 
-def _start(yarn: YarnSpace, nodes: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _start(yarn: YarnSpace, nodes: Floats, points: Floats) -> tuple[Floats, Floats]:
     """Return coordinates (k, 3) from the nearest of some points of the centreline, and the yarn's radius (k,) there."""
     low, high = yarn.spline.spans.T
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
@@ -316,11 +315,11 @@ class Sampling:
     """The map from nodes (N, ...) to the same points of many sections (S q, ...): ``sampling @ nodes``."""
 
     space: Space
-    yarn: np.ndarray  # int (S,), of every section
-    s: np.ndarray  # (S,), its arc length [m]
-    points: np.ndarray  # (q, 2), in a section, over the radius
+    yarn: Ints  # (S,), of every section
+    s: Floats  # (S,), its arc length [m]
+    points: Floats  # (q, 2), in a section, over the radius
 
-    def __matmul__(self, nodes: np.ndarray) -> np.ndarray:
+    def __matmul__(self, nodes: Floats) -> Floats:
         """Return the values (S q, ...) of nodes (N, ...)."""
         flat = nodes.reshape(len(nodes), -1)
         values = np.empty((len(self.s), len(self.points), flat.shape[1]))

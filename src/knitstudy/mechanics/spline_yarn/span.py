@@ -14,15 +14,97 @@ the points (m, e, g), points of the section first, in the last axis: a component
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.batches import SCRATCH, inverse
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
 from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
 from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along
 from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.dilatation import MeanDilatation
 from knitstudy.mechanics.spline_yarn.space import Space
+
+# Mean dilatation of spans, which keeps low degrees over the section from locking as Poisson's ratio nears 1/2.
+#
+# The energy lame/2 theta^2 of the dilatation theta = ln det F is that of its mean over a span: the projection, in the
+# L2 norm of the undeformed span, onto functions M_r that are polynomials of degree p - 1 over the section and constant
+# along the yarn,
+#
+#     theta_r = int M_r theta dV,   int M_r M_s dV = delta_rs,   W = lame/2 sum over r of theta_r^2,
+#
+# a B-bar and F-bar projection (Elguedj et al. 2008, doi:10.1016/j.cma.2008.01.012) span by span. Displacements of
+# degree p over the section have every divergence of degree p - 1, so that no strain along the yarn is locked there;
+# along it, means ask one thing of each span, and splines have one unknown to answer it. The rest of the law, with a
+# first Lame constant of zero, resists every strain with twice the shear modulus: no mode becomes soft. The mean
+# pressure lame sum of theta_r M_r acts pointwise; the products lame d theta_r d theta_r are the rest of the tangent.
+
+
+@dataclass(frozen=True, eq=False)
+class Dilatation:
+    """The mean dilatation of a few spans in one configuration."""
+
+    deformation: Floats  # (3, 3, points), F
+    volume_ratio: Floats  # (points,), det F
+    slope: Floats  # (3, 3, points), d theta / d F
+    pressure: Floats  # (points,), of the means [Pa]
+    energy: Floats  # (e,), stored [J]
+
+
+class MeanDilatation:
+    """The energy lame/2 theta^2 of the mean dilatation of all spans of a batch; tensors have their components first."""
+
+    def __init__(
+        self,
+        lame: float,  # [Pa]
+        logarithmic: bool,  # whether theta is ln det F; else the trace of Green's strain
+        functions: Floats,  # (m, r), at the points of a section
+        weight: Floats,  # (m, E, g), volumes of the points [m3]
+    ) -> None:
+        self.lame, self._logarithmic = lame, logarithmic
+        self._functions, self._weight = functions, weight
+        gram = functions.T @ (weight.sum(axis=2).T[..., None] * functions)
+        self.orthonormal = np.linalg.inv(np.linalg.cholesky(gram))  # (E, r, r), from given functions to M_r
+
+    def at(self, spans: slice, gradient: Floats) -> Dilatation:
+        """Return the mean dilatation of a few spans with displacement gradients (3, 3, points)."""
+        deformation = gradient + np.eye(3)[..., None]
+        trace = np.einsum("iip->p", gradient)
+        if self._logarithmic:
+            # det F - 1 of all its digits
+            minors = 0.5 * (trace**2 - np.einsum("ijp,jip->p", gradient, gradient))
+            change = trace + minors + determinant(gradient.transpose(2, 0, 1))
+            theta = np.log1p(np.where(change > -1, change, np.nan))
+            back, ratio = inverse(deformation.transpose(2, 0, 1))
+            slope = back.transpose(2, 1, 0)
+        else:
+            theta = trace + 0.5 * np.einsum("ijp,ijp->p", gradient, gradient)
+            slope, ratio = deformation, determinant(deformation.transpose(2, 0, 1))
+        mean = self._means(spans, theta)
+        energy = 0.5 * self.lame * (mean**2).sum(axis=1)
+        return Dilatation(deformation, ratio, slope, self._pressure(spans, mean), energy)
+
+    def added_stress(self, spans: slice, slope: Floats, strain: Floats) -> Floats:
+        """Return the stress (3, 3, points) that strains (3, 3, points) add."""
+        metric = np.broadcast_to(np.eye(3)[..., None], strain.shape)  # d theta / d E
+        if self._logarithmic:
+            metric = np.einsum("kip,kjp->ijp", slope, slope)
+        mean = self._means(spans, np.einsum("ijp,ijp->p", metric, strain))
+        return self._pressure(spans, mean) * metric
+
+    def _means(self, spans: slice, theta: Floats) -> Floats:
+        """Return theta_r (e, r)."""
+        m, e, g = self._weight[:, spans].shape
+        sums = self._functions.T @ (self._weight[:, spans].reshape(m, -1) * theta.reshape(m, -1))
+        return (self.orthonormal[spans] @ sums.reshape(-1, e, g).sum(axis=2).T[..., None])[..., 0]
+
+    def _pressure(self, spans: slice, mean: Floats) -> Floats:
+        of_given = (mean[:, None] @ self.orthonormal[spans])[:, 0]
+        return np.repeat(self.lame * (self._functions @ of_given.T), self._weight.shape[2], axis=1).reshape(
+            -1
+        )
+
 
 CACHE = 12_000  # points whose moduli fit into a processor's cache together
 CLOSE = 16_384  # numbers that fit into the nearest part of it, together with their products
@@ -36,11 +118,11 @@ class Spans:
 
     def __init__(
         self,
-        corners: np.ndarray,  # (E, a, 3), undeformed nodes [m]
+        corners: Floats,  # (E, a, 3), undeformed nodes [m]
         # (2, E, g, d + 1), splines and their derivatives [1/m] at the Gauss points along the spans
-        along: np.ndarray,
-        weight: np.ndarray,  # (E, g), weights of these points [m]
-        degrees: np.ndarray,  # int (d + 1,), p of the splines
+        along: Floats,
+        weight: Floats,  # (E, g), weights of these points [m]
+        degrees: Ints,  # (d + 1,), p of the splines
         material: Material,
     ) -> None:
         self.material = material
@@ -85,7 +167,7 @@ class Spans:
         """Number of quadrature points a span."""
         return self._along.shape[2] * self._table.shape[1]
 
-    def node_volume(self) -> np.ndarray:
+    def node_volume(self) -> Floats:
         """Return the integrals (E, a) of N_j phi_k^2 [m3]; the integrals with k = 0 add up to the volume."""
         across = self._weight.transpose(1, 2, 0) @ self._table[2] ** 2  # (E, g, k)
         volume = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
@@ -94,10 +176,10 @@ class Spans:
     def respond(
         self,
         batch: slice,
-        displacement: np.ndarray,
+        displacement: Floats,
         stiffness: bool,
-        out: np.ndarray | None = None,
-        step: np.ndarray | None = None,
+        out: Floats | None = None,
+        step: Floats | None = None,
     ) -> ElementResponse:
         """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m].
 
@@ -110,8 +192,8 @@ class Spans:
         return in_parts(self._respond, few, batch, displacement, stiffness, out, step)
 
     def _respond(
-        self, spans: slice, displacement: np.ndarray, out: np.ndarray | None, step: np.ndarray | None = None
-    ) -> tuple[np.ndarray, np.ndarray]:
+        self, spans: slice, displacement: Floats, out: Floats | None, step: Floats | None = None
+    ) -> tuple[Floats, Floats]:
         """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
         to_parent, weight = self._inverse[:, :, :, spans].reshape(3, 3, -1), self._weight[:, spans]
         gradient = _product(self._parent_gradient(displacement, spans), to_parent)
@@ -128,7 +210,7 @@ class Spans:
         # A span turned inside out has no energy in terms of E: the load path has to reject it.
         flux[..., dilatation.volume_ratio <= 0] = np.nan
         if out is not None:
-            moduli = answer.tangent.transpose(1, 2, 0)
+            moduli = answer.moduli.transpose(1, 2, 0)
             if step is not None:
                 change = _product(self._parent_gradient(step, spans), to_parent)
                 strain = 0.5 * _product(change.swapaxes(0, 1), change)
@@ -141,7 +223,7 @@ class Spans:
         energy = (weight * answer.energy.reshape(weight.shape)).sum(axis=(0, 2)) + dilatation.energy
         return self._sum_force(spans, flux), energy
 
-    def _parent_gradient(self, nodes: np.ndarray, spans: slice) -> np.ndarray:
+    def _parent_gradient(self, nodes: Floats, spans: slice) -> Floats:
         """Return the derivatives (i, alpha, points) by parent coordinates of a sum over nodes (e, a, 3)."""
         along = self._along[:, spans]
         _, e, g, d = along.shape
@@ -158,13 +240,13 @@ class Spans:
         np.matmul(self._table[2], slope, out=gradient[:, 2])
         return gradient.reshape(3, 3, -1)
 
-    def _sum_force(self, spans: slice, flux: np.ndarray) -> np.ndarray:
+    def _sum_force(self, spans: slice, flux: Floats) -> Floats:
         """Return forces (e, a, 3) of weighted stresses (i, alpha, points)."""
         force = self._sums(spans, flux, self._table).swapaxes(2, 3)
         force = force.reshape(len(force), -1, 3)
         return force if self._kept is None else force[:, self._kept]
 
-    def _sums(self, spans: slice, flux: np.ndarray, table: np.ndarray) -> np.ndarray:
+    def _sums(self, spans: slice, flux: Floats, table: Floats) -> Floats:
         """Return sums (e, d + 1, 3, n) of fluxes (i, alpha, points) with a table (alpha, m, n) over the section."""
         along = self._along[:, spans]
         _, e, g, d = along.shape
@@ -177,7 +259,7 @@ class Spans:
         columns = along.transpose(1, 3, 2, 0).reshape(e, d, 2 * g)
         return (columns @ sums.reshape(e, 2 * g, -1)).reshape(e, d, 3, n)
 
-    def _dilatations(self, spans: slice, flux: np.ndarray) -> np.ndarray:
+    def _dilatations(self, spans: slice, flux: Floats) -> Floats:
         """Return the derivatives of theta_r by the displacements (e, r, i (d + 1) n) of a few spans."""
         sums = self._sums(spans, flux, self._mean_table)
         e, d, _, _ = sums.shape
@@ -185,7 +267,7 @@ class Spans:
         return self._dilatation.orthonormal[spans] @ sums.reshape(e, sums.shape[1], -1)
 
     def _sum_stiffness(
-        self, spans: slice, tensor: np.ndarray, stress: np.ndarray, changes: np.ndarray, out: np.ndarray
+        self, spans: slice, tensor: Floats, stress: Floats, changes: Floats, out: Floats
     ) -> None:
         """Put the stiffness of a few spans into `out` (e, a a, 9).
 
@@ -211,16 +293,16 @@ class Spans:
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
         full = out if self._kept is None else SCRATCH.array("stiffness of all", e, (d * n) ** 2, 9)
         sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
-        for part in (slice(low, low + few) for low in range(0, e, few)):
-            here = full[part]
-            rows, flat = changes[part], here.reshape(len(here), -1)
+        for some in (slice(low, low + few) for low in range(0, e, few)):
+            here = full[some]
+            rows, flat = changes[some], here.reshape(len(here), -1)
             products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
             np.matmul(self._dilatation.lame * rows.swapaxes(1, 2), rows, out=products)
             np.take(products.reshape(flat.shape), self._order, axis=1, out=flat, mode="clip")
             every = SCRATCH.array("all section sums", len(here) * g, self._entries.size)
-            np.take(sums[part].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
+            np.take(sums[some].reshape(len(every), -1), self._entries, axis=1, out=every, mode="clip")
             blocks = SCRATCH.array("blocks of splines", len(here), d * d, n * n * 9)
-            np.matmul(weights[part], every.reshape(len(here), 4 * g, -1), out=blocks)
+            np.matmul(weights[some], every.reshape(len(here), 4 * g, -1), out=blocks)
             target = here.reshape(-1, d, n, d, n, 9)
             target += blocks.reshape(-1, d, d, n, n, 9).transpose(0, 1, 3, 2, 4, 5)
         if self._kept is not None:
@@ -229,18 +311,18 @@ class Spans:
             out.reshape(e, len(kept), len(kept), 9)[:] = full[:, kept[:, None], kept]
 
 
-def _product(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _product(one: Floats, other: Floats) -> Floats:
     """Return the products (i, k, points) of tensors (i, j, points) and (j, k, points)."""
     return np.einsum("ijp,jkp->ikp", one, other)
 
 
-def _stress(moduli: np.ndarray, strain: np.ndarray) -> np.ndarray:
+def _stress(moduli: Floats, strain: Floats) -> Floats:
     """Return the stress (3, 3, points) by moduli (6, 6, points) of strains (3, 3, points)."""
     i, j = VOIGT.T
     return np.einsum("pqk,qk->pk", moduli, np.where(i == j, 1.0, 2.0)[:, None] * strain[i, j])[FULL]
 
 
-def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.ndarray) -> np.ndarray:
+def _material_part(deformation: Floats, to_parent: Floats, moduli: Floats) -> Floats:
     """Return B^T C B (points, alpha i, beta k): B is the derivative of engineering strains by d u_i / d xi_alpha."""
     count = moduli.shape[-1]
     rows = SCRATCH.array("strain rows", 6, 3, 3, count)
@@ -256,7 +338,7 @@ def _material_part(deformation: np.ndarray, to_parent: np.ndarray, moduli: np.nd
     return np.matmul(strain.swapaxes(1, 2), half, out=SCRATCH.array("B C B", count, 9, 9))
 
 
-def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
+def _pair_tables(table: Floats) -> tuple[list[tuple[tuple[slice, slice], np.ndarray]], Ints]:
     """Return pairs (alpha, beta) with products (r m, .) of functions (alpha, m, n), and where sums with them stand.
 
     Of no derivative along the yarn, of one in the column, and of two. The first and the last are as large as the
@@ -283,14 +365,14 @@ def _pair_tables(table: np.ndarray) -> tuple[list, np.ndarray]:
 
 def span_groups(
     space: Space,
-    nodes: np.ndarray,  # (N, 3), undeformed coefficients [m]
+    nodes: Floats,  # (N, 3), undeformed coefficients [m]
     material: Material,
 ) -> tuple[ElementGroup, ...]:
     """Return all spans of yarns without their images, in groups of equal local size, by rising size.
 
     Raises MeshError as `Spans` does.
     """
-    rows: dict[tuple[int, ...], list] = {}
+    rows: dict[tuple[int, ...], list[tuple[np.ndarray, ...]]] = {}
     for number, yarn in enumerate(space.yarns):
         spline = yarn.spline
         d = spline.degree

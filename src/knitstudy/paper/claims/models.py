@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.knit.yarns.contact_springs import springs
+from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.discretisation import made_of

@@ -12,8 +12,7 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.yarns.contact_springs import contact_normals
-from knitstudy.knit.yarns.joints import contact_normal_planes, joint_points
+from knitstudy.knit.yarns.joints import contact_normal_planes, contact_normals, joint_points
 from knitstudy.run.catalogue import FIGURES, of_solid
 from knitstudy.use.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
 from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View

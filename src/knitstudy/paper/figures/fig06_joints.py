@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.yarns.contact_springs import spring_axes
-from knitstudy.knit.yarns.joints import joint_points
+from knitstudy.knit.yarns.joints import joint_points, spring_axes
 from knitstudy.paper.figures.fig05_contact_points import InterlockSide, name_points, piece
 from knitstudy.run.catalogue import FIGURES, network, of_solid
 from knitstudy.use.picture import arrow, bounds, draw_rows, scale_bar, sphere, tube, write, yarn_colours

@@ -15,6 +15,7 @@ from matplotlib.ticker import EngFormatter
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import reference_of
+from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.cases import label_of
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.paper.unknowns import NONE, SIZES, counted_models
@@ -27,7 +28,6 @@ DASHES = {
     "patch": "-.",
 }  # by ``beam.tie``; lines of rigid ties have the dashes of their section
 ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
-BEAMS = {"rigid": Look("", "#0072B2", "-", "v"), "hertz": Look("", "#56B4E9", "--", "^")}  # by their section
 
 
 @FIGURES.add(
@@ -60,9 +60,9 @@ def draw(
     quantity = f"force over the {owners([true])}\nat full strain"
     curves = [force_curve(DIRECT, dns, true)]
     for name, history in beams.items():
-        look = BEAMS[scenes[name].beam.section]
-        dash = DASHES.get(scenes[name].value("beam.tie"), look.dash)
-        curves.append(force_curve(replace(look, label=label_of(scenes[name]), dash=dash), history, true))
+        look = Look(label_of(scenes[name]), *LAWS.find(scenes[name].beam.section).look)
+        look = replace(look, dash=DASHES.get(scenes[name].beam.tie, look.dash))
+        curves.append(force_curve(look, history, true))
     axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)
     draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")
     draw_reference(axes, true, full)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.yarns.contact_springs import AXES, MAIN, MEASURES, NORMALS, springs
+from knitstudy.knit.yarns.joints import AXES, MAIN, MEASURES, NORMALS, springs
 from knitstudy.paper.paper_values import number
 from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, TABLES, Datasets, Scenes, of_cases, several
 

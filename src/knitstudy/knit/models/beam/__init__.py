@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
-from knitstudy.knit.scene.keys import Positive, Section, numerics, section
+from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
 from knitstudy.knit.scene.yarns import STIFFNESSES
+from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
 
 
@@ -38,9 +39,7 @@ class BeamSection(Section):
 
     group: ClassVar[str] = "beam"
 
-    section: Literal["rigid", "hertz"] = numerics(
-        "choice", allowed="rigid (a penalty) or hertz (the approach of two crossed cylinders)"
-    )
+    section: Annotated[str, OneOf(LAWS.all)] = numerics("choice")
     """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
     Checked: rigid and hertz (scenes beam-*)."""
     stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")

@@ -18,22 +18,22 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import Recorder
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
+from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.contact import (
     STRIDE,
+    YarnContact,
     contact_of,
     nearest_crossing,
-    penalty,
-    pressed,
     require_verified_contact,
 )
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
+from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.beams.state import BeamState
-from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 
 # Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred
 # elements, a few loops
@@ -46,7 +46,9 @@ class BeamKnit:
 
     network: Network
     model: BeamModel
-    tied: np.ndarray  # (K,) crossings that are joined
+    contact: BeamContact
+    law: YarnContact
+    tied: Bools  # (K,) crossings that are joined
     # Yarns without ties: the internal force at a tied station equals the force of the tie and of contact there
     apart: BeamModel
     crossings: Crossings
@@ -70,12 +72,13 @@ class BeamKnit:
         }
         return columns, {}
 
-    def at_crossings(self, state: BeamState) -> dict[str, np.ndarray]:
+    def at_crossings(self, state: BeamState) -> dict[str, Floats]:
         """Return forces, displacements, gaps and slip at crossings, as columns of the history.
 
         All that is of contact has been committed with the state.
         """
-        contact, tied, past = self.model.contact, self.tied, state.contact
+        contact, tied, past = self.contact, self.tied, state.contact
+        assert past is not None  # of a model in contact
         places, force = contact.places(state), past.force.copy()
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] += (station_force + past.on_stations)[self._lower]
@@ -89,86 +92,81 @@ class BeamKnit:
             "crossing_slip": np.where(tied, np.nan, past.slip),
         }
 
-    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+    def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
-        contact, internal = self.model.contact, increment.response.energy["internal"]
+        contact, internal = self.contact, increment.response.energy["internal"]
         points = contact.at_points(increment.state)
-        require_verified_contact(scene, increment, contact.line, points, NO_LATTICE, internal)
+        require_verified_contact(limit, increment, contact.line, points, NO_LATTICE, internal)
 
 
-def beam_knit(scene: Scene, fabric: Fabric) -> BeamKnit:
+def beam_knit(scene: Beams, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
-    crossings = fabric.crossings
-    tied = tied_crossings(scene, crossings)
+    crossings, yarn, beam, law = fabric.crossings, scene.yarn, scene.beam, scene.mesh.section_law
+    contact = contact_of(scene)
+    tied = tied_crossings(crossings, True, scene.contact.tied_edges, scene.load.direction)
     points = JointPoints.at_crossings(crossings, tied)
     joints = Joints.all_tied(len(points.yarn))
-    if scene.beam.tie == "pinned":
+    if beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(penalty(scene))
-    elif scene.beam.tie == "patch" and tied.any():
+        joints = joints.pinned(beam.stiffness * yarn.youngs_modulus * yarn.radius)
+    elif beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
-        joints = joints.pinned(patch_stiffness(fabric, points, discs, scene.yarn))
+        joints = joints.pinned(patch_stiffness(fabric, points, discs, yarn))
     stops = fabric.grip_ends(scene.load.direction)
     beams = spatial_network(fabric, points, scene.mesh.beam_size, joints=joints, stops=stops)
-    stations, law, yarn = beams.stations, scene.mesh.section_law, scene.yarn
+    stations = beams.stations
     first = np.flatnonzero(stations.yarn[1:] == stations.yarn[:-1])
     # Contact loads the beams from half the way to a tie on.
     middle = 0.5 * (stations.arc_length[first] + stations.arc_length[first + 1])
     nearest, _ = nearest_crossing(stations.yarn[first], middle, crossings)
-    beams = replace(beams, pressed=~np.append(tied, False)[nearest] * pressed(scene))
-    model = beams.model(yarn, law, beam_contact(scene, beams, stations.yarn, crossings, tied))
+    beams = replace(beams, pressed=~np.append(tied, False)[nearest] * contact.pressed)
+    reach = 2 * scene.tie.radius * yarn.radius
+    line = contact.along(stations.yarn, stations.arc_length, tied=crossings[tied], reach=reach)
+    carriers = beams.station_node, beams.station_offset
+    touching = BeamContact(*line, *carriers, crossings.yarn, crossings.arc_length)
     elements = np.column_stack([first, first + 1])
     apart = BeamModel(stations.position, elements, beams.section(yarn, law), yarn.radius)
-    return BeamKnit(beams, model, tied, apart, crossings)
+    return BeamKnit(beams, beams.model(yarn, law, touching), touching, contact, tied, apart, crossings)
 
 
-def beam_contact(
-    scene: Scene, beams: Network, yarn: np.ndarray, crossings: Crossings, tied: np.ndarray
-) -> BeamContact:
-    """Return the contact of beams whose stations belong to yarns (S,), of whose crossings some are tied (K,)."""
-    friction, s = scene.kind.interaction.friction(scene.contact), beams.stations.arc_length
-    line, points = contact_of(scene, yarn, s, friction, tied=crossings[tied])
-    carriers = beams.station_node, beams.station_offset
-    return BeamContact(line, points, *carriers, crossings.yarn, crossings.arc_length)
-
-
-def even_stretch(problem: Problem, load: float, target: float) -> np.ndarray | None:
+def even_stretch(
+    prescribed: PrescribedDisplacement, model: BeamModel, load: float, target: float
+) -> Floats | None:
     """Return the first guess (size,) of the first increment, which ends at a load factor `target`; None for later ones.
 
     The knit as a whole is stretched evenly. Loops hang loose before they touch: the tangent at rest would take them
     through each other.
     """
-    return problem.prescribed.affine(problem.model.nodes, problem.model.block, target) if load == 0 else None
+    return prescribed.affine(model.nodes, model.block, target) if load == 0 else None
 
 
-def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+def build(scene: Beams | CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return a scene with beams in contact as a problem; a cell of an endless fabric may begin with a shape at rest.
 
     Raises DataFileError if ties yield and no compliance is known for their size; GeometryError if two ties of a yarn
     coincide, or a yarn has too few nodes for a smooth centreline.
     """
-    if len(fabric.periods):
+    if isinstance(scene, CellOfBeams):
         return endless_beams.build(scene, fabric, rest)
     beams = beam_knit(scene, fabric)
-    line = beams.model.contact.line
+    line = beams.contact.line
     problem = loaded(
         scene,
         fabric,
         beams.network,
         model=beams.model,
         observer=beams,
-        settings=replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD),
-        checks=(partial(beams.require_verified_contact, scene),),
+        settings=replace(
+            settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter), hold=HOLD
+        ),
+        checks=(partial(beams.require_verified_contact, scene.gates.point),),
         constants={"crossing_tied": beams.tied.astype(np.int8)},
         attributes={
             "beam_section": scene.beam.section,
             "beam_ties": scene.beam.tie,
-            "contact_coefficient": line.repulsion.law.coefficient,
-            "contact_exponent": line.repulsion.law.exponent,
-            "contact_onset": line.repulsion.onset,
-            "contact_stick_share": line.repulsion.law.share,
-            "friction": scene.kind.interaction.friction(scene.contact),
+            "contact_stick_share": beams.law.law.share,
             "contact_points": len(line.yarn),
+            **beams.law.attributes(line.repulsion.onset),
         },
     )
-    return replace(problem, guide=lambda report: partial(even_stretch, problem))
+    return replace(problem, guide=lambda report: partial(even_stretch, problem.prescribed, beams.model))

@@ -6,34 +6,34 @@ left out. Yarns touch each other and their images anywhere (`mechanics.line_cont
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.knit.geometry.columns import REST
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.loading.columns import REST
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
 from knitstudy.knit.loading.history import Recorder, Stations, cell_path
 from knitstudy.knit.loading.overlap import Repeats
-from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
+from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
-from knitstudy.knit.models.beam.contact import STRIDE, contact_of, pressed, require_verified_contact
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
 from knitstudy.knit.yarns.network import RING, section_of, turns
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.beams.endless_beams import EndlessBeams, EndlessState
-from knitstudy.mechanics.beams.state import BeamState, LineHistory
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.periodic import Lattice
+from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 
-HELD = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
+HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
@@ -53,13 +53,13 @@ class Rows:
     """The yarns of one period, divided into beams."""
 
     stations: Stations  # the n nodes of the period
-    period: np.ndarray  # (Y,) lengths of the yarns [m]
-    weight: np.ndarray  # (n,) lengths that nodes stand for [m]
-    nodes: np.ndarray  # (N, 3) the same nodes, and the images of the first of every yarn [m]
-    owner: np.ndarray  # (N,) the node that every one is or is an image of
-    image: np.ndarray  # (N, 2) how many periods away
-    ends: np.ndarray  # (n, 2) nodes at the ends of the beams
-    curvature: np.ndarray  # (n, 3) mean curvature vectors of the beams as drawn [1/m]
+    period: Floats  # (Y,) lengths of the yarns [m]
+    weight: Floats  # (n,) lengths that nodes stand for [m]
+    nodes: Floats  # (N, 3) the same nodes, and the images of the first of every yarn [m]
+    owner: Ints  # (N,) the node that every one is or is an image of
+    image: Ints  # (N, 2) how many periods away
+    ends: Ints  # (n, 2) nodes at the ends of the beams
+    curvature: Floats  # (n, 3) mean curvature vectors of the beams as drawn [1/m]
     polygon: float  # by how much straight beams in bent yarns are too stiff
 
 
@@ -116,16 +116,16 @@ class BeamCell:
             "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
         }, {}
 
-    def require_verified_contact(self, scene: Scene, increment: Increment, recorder: Recorder) -> None:
+    def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
         model, state = self.model, increment.state
         internal = model.internal_energy(increment.response)
         require_verified_contact(
-            scene, increment, model.contact, model.at_points(state), model.vectors(state), internal
+            limit, increment, model.contact, model.at_points(state), model.vectors(state), internal
         )
 
 
-def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
+def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) -> Problem:
     """Return the cell of a scene as a problem, from a shape at rest if one is given.
 
     Raises ConfigurationError if the scene starts from a shape that is not given; MeshError if beams are too long for
@@ -136,47 +136,44 @@ def build(scene: Scene, fabric: Fabric, rest: xr.Dataset | None = None) -> Probl
         raise ConfigurationError(
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
-    rows = divided(fabric, scene.metres("mesh.beam_size"))
-    require_fine_beams(scene, rows.polygon)
+    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
+    require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
+    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
-    model = _model(scene, rows, Lattice(vectors), scene.kind.interaction.friction(scene.contact))
+    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law, scene.yarn.set)
     if rest is None:  # drawn yarns may touch
-        held = np.append(HELD, model.lattice_unknowns)
-        model = model.starting_at(_balanced("the drawn cell", scene, model, held, increments=1).state)
+        held, what = np.append(HELD, model.lattice_unknowns), f"the drawn cell of scene {scene.name}"
+        model = model.starting_at(_balanced(what, model, held, replace(settings, increments=1)).state)
     else:
         model = model.starting_at(_state(rest, model))
     motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
-    repulsion, cell = model.contact.repulsion, BeamCell(rows, model)
+    cell = BeamCell(rows, model)
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
-        settings=settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter),
+        settings=settings,
         motion=motion,
         driven=model.lattice_unknowns[None],
         stations=rows.stations,
         observer=cell,
         repeats=Repeats(rows.period, vectors),
         checks=(
-            partial(require_sound, scene, None, internal=model.internal_energy),
-            partial(cell.require_verified_contact, scene),
+            partial(require_sound, gates=scene.gates, yarn=scene.yarn, internal=model.internal_energy),
+            partial(cell.require_verified_contact, scene.gates.point),
         ),
         attributes={
             "dof": model.size,
             "elements": len(rows.ends),
             "deformation": scene.load.deformation,
             "start": scene.load.start,
-            "contact_coefficient": repulsion.law.coefficient,
-            "contact_exponent": repulsion.law.exponent,
-            "contact_onset": repulsion.onset,
-            "friction": model.contact.mu,
-            "cell_width": float(np.linalg.norm(vectors[0])),
-            "cell_height": float(np.linalg.norm(vectors[1])),
+            **_size(vectors),
+            **contact.attributes(model.contact.repulsion.onset),
         },
     )
 
 
-def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
     A `run` reports its progress, and has no restart file.
@@ -187,19 +184,23 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
     Raises ConvergenceError if there is no way to rest; other errors as of `build`.
     """
     fabric = fabric_of(geometry)
-    rows = divided(fabric, scene.metres("mesh.beam_size"))
-    friction = scene.kind.interaction.friction(scene.contact)
-    model = _model(scene, rows, Lattice(fabric.periods), friction, drawn_for=2 * fabric.radius)
+    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
+    lattice, of = Lattice(fabric.periods), f"of scene {scene.name}"
+    law, share = scene.mesh.section_law, scene.yarn.set
+    model = _model(rows, lattice, contact, law, share, drawn_for=2 * fabric.radius)
+    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    changed = {"predictor": 0, "increments": RELAXATION, "waste": WASTE, "remedy": NEARER}
-    loosened = friction and scene.load.start == "rest"
+    settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
+    loosened = contact.friction and scene.load.start == "rest"
     ways = 2 if loosened else 1
-    last = _balanced("the way to rest", scene, model, HELD, lambda load: run.progress(load / ways), **changed)
+    last = _balanced(
+        f"the way to rest {of}", model, HELD, settings, lambda load: run.progress(load / ways, "")
+    )
     if loosened:
-        free = _model(scene, rows, Lattice(fabric.periods), 0.0)
+        free = _model(rows, lattice, replace(contact, friction=0.0), law, share)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        without = "the rest without friction"
-        last = _balanced(without, scene, free, HELD, lambda load: run.progress((1 + load) / ways), **changed)
+        what = f"the rest without friction {of}"
+        last = _balanced(what, free, HELD, settings, lambda load: run.progress((1 + load) / ways, ""))
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -209,8 +210,7 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
     } | {name: getattr(kept, field) for name, field in KEPT.items()}
     drawn = model.lattice.lengths
     return xr.Dataset(REST.variables(values)).assign_attrs(
-        cell_width=float(np.linalg.norm(vectors[0])),
-        cell_height=float(np.linalg.norm(vectors[1])),
+        **_size(vectors),
         strain_from_drawn=(state.lattice / drawn).tolist(),
         increments=last.index,
     )
@@ -218,20 +218,23 @@ def relax(scene: Scene, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Datase
 
 def _balanced(
     what: str,
-    scene: Scene,
     model: EndlessBeams,
-    held: np.ndarray,
-    report: ReportProgress = silent,  # called with every load factor
-    **changed: Any,
+    held: Ints,
+    settings: Settings,
+    report: Callable[[float], None] = lambda load: None,  # called with every load factor
 ) -> Increment:
     """Return the last increment of a cell that finds its balance, with unknowns that are held."""
-    settings = replace(settings_of(scene, touches=True, stride=STRIDE * scene.yarn.diameter), **changed)
     try:
         for last in trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU()):
             report(last.load)
     except ConvergenceError as error:
-        raise ConvergenceError(f"{what} of scene {scene.name} finds no balance: {error}") from None
+        raise ConvergenceError(f"{what} finds no balance: {error}") from None
     return last
+
+
+def _size(vectors: Floats) -> dict[str, float]:
+    """Return the width and the height of a cell with lattice vectors (2, 3) as attributes of its history [m]."""
+    return {"cell_width": float(np.linalg.norm(vectors[0])), "cell_height": float(np.linalg.norm(vectors[1]))}
 
 
 def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
@@ -244,20 +247,18 @@ def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
 
 
 def _model(
-    scene: Scene,
     rows: Rows,
     lattice: Lattice,
-    friction: float,
+    contact: YarnContact,
+    section_law: str,
+    share: float,  # of the curvature of the drawn loop that is free of stress
     drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
-    yarn = scene.yarn
-    natural = (yarn.set - 1.0) * rows.curvature if yarn.set != 1 else 0.0
-    section = section_of(yarn, scene.mesh.section_law, rows.curvature, pressed=pressed(scene))
+    yarn, stations = contact.yarn, rows.stations
+    natural = (share - 1.0) * rows.curvature if share != 1 else 0.0
+    section = section_of(yarn, section_law, rows.curvature, pressed=contact.pressed)
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
-    stations = rows.stations
-    contact, points = contact_of(scene, stations.yarn, stations.arc_length, friction, rows.period)
+    line = contact.along(stations.yarn, stations.arc_length, rows.period)
     thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
-    return EndlessBeams(
-        inner, rows.owner, rows.image, lattice, contact, points, drawn_for is not None, thinner
-    )
+    return EndlessBeams(inner, rows.owner, rows.image, lattice, *line, drawn_for is not None, thinner)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.beam import Beams, BeamSection, CellOfBeams
+from knitstudy.knit.scene.sections import BeamYarn
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.hertz import LAYERS, Patch
+from knitstudy.mechanics.beams.laws import LAWS, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
-from knitstudy.mechanics.beams.repulsion import CrossedCylinders, Power, Repulsion
-from knitstudy.mechanics.beams.state import BeamState
 from knitstudy.mechanics.increment import Increment
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
@@ -21,39 +24,82 @@ STRIDE = 0.1
 # below an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft
 # ones, which overlap ten times as far.
 FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
-MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `hertz` count
-
-# Stiffness against elastic slip over E R, where no key of beams says it
-STICK = 10.0
+MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `laws` count
 
 
-def contact_of(
-    scene: Scene,
-    yarn: np.ndarray,  # int (n,), of the stations; stations of a yarn follow each other
-    arc_length: np.ndarray,  # (n,) [m]
-    friction: float,
-    period: np.ndarray | None = None,  # (Y,), lengths of yarns that repeat themselves [m]
-    tied: Crossings | None = None,
-) -> tuple[LineContact, ContactPoints]:
-    """Return the contact of yarns with stations, and its points."""
-    shape, radius, diameter = patch(scene), scene.yarn.radius, scene.yarn.diameter
-    fine = (FINE_IN_LAYERS if shape == LAYERS else FINE) * radius
-    widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
-    points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
-    spacing = float(points.weight.max())
-    onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
-    return LineContact(
-        points.yarn,
-        points.arc_length,
-        points.weight,
-        Repulsion(pressing(scene), diameter, onset, shape),
-        friction,
-        period=period,
-        joined=None if tied is None else joined(points, tied, 2 * scene.tie.radius * radius),
-    ), points
+@dataclass(frozen=True)
+class YarnContact:
+    """Contact of the yarns of a scene as beams."""
+
+    yarn: BeamYarn
+    law: Power
+    friction: float  # inf: no slip
+
+    @classmethod
+    def of(cls, yarn: BeamYarn, beam: BeamSection, friction: float) -> YarnContact:
+        """Return contact by ``yarn.pressing`` where it is set, else by ``beam.section``.
+
+        Raises MeshError if a penalty is softer than the yarns.
+        """
+        if yarn.pressing is not None:
+            exponent = yarn.pressing_exponent
+            return cls(yarn, Power(yarn.pressing / yarn.diameter**exponent, exponent), friction)
+        law = LAWS.find(beam.section).of(yarn, beam)
+        if law.penalty:  # of half a radius, at an approach of R / 4
+            require_stiff_contact("beam.stiffness", beam.stiffness, yarn.poisson_ratio, patch=1.5)
+        return cls(yarn, law, friction)
+
+    def along(
+        self,
+        yarn: Ints,  # (n,), of the stations; stations of a yarn follow each other
+        arc_length: Floats,  # (n,) [m]
+        period: Floats | None = None,  # (Y,), lengths of yarns that repeat themselves [m]
+        tied: Crossings | None = None,
+        reach: float = 0.0,  # of a tie along the yarn [m]
+    ) -> tuple[LineContact, ContactPoints]:
+        """Return the contact of yarns with stations, and its points."""
+        diameter = self.yarn.diameter
+        fine = (FINE if self.law.patch.spreads else FINE_IN_LAYERS) * self.yarn.radius
+        widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
+        points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
+        spacing = float(points.weight.max())
+        onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
+        return LineContact(
+            points.yarn,
+            points.arc_length,
+            points.weight,
+            Repulsion(self.law, diameter, onset),
+            self.friction,
+            period=period,
+            joined=None if tied is None else joined(points, tied, reach),
+        ), points
+
+    @property
+    def pressed(self) -> float:
+        """Share of normal forces in the bending of yarns by forces on their surface; see `eased_by_pressure`.
+
+        Friction at Coulomb's limit, in all directions alike, has the part mu^2 / (2 + mu^2) of the squares of forces
+        normal to and across the yarn. It moves the surface by c - nu R^2 where normal forces move it by c. Yarns that
+        stick pull in all directions, as ties do: they have the shear of the energy.
+        """
+        if not self.law.patch.spreads:
+            return 0.0
+        nu, square = self.yarn.poisson_ratio, min(self.friction, ROUGH) ** 2
+        return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c
+
+    def attributes(self, onset: float) -> dict[str, float]:
+        """Return the attributes of a history for contact that begins softly up to an approach [m]."""
+        coefficient, exponent = self.law.coefficient, self.law.exponent
+        known = {"contact_coefficient": coefficient, "contact_exponent": exponent, "contact_onset": onset}
+        return known | {"friction": self.friction}
 
 
-def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
+def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
+    """Return the contact of the yarns of a scene."""
+    return YarnContact.of(scene.yarn, scene.beam, scene.friction)
+
+
+def joined(points: ContactPoints, tied: Crossings, reach: float) -> Ints:
     """Return the number (p,) of the tied crossing within reach [m] along the yarn of a point, or -1.
 
     A disc of radius a carries overlaps of up to a^2 / R, as Hertz's patch of that size does: straight yarns that
@@ -63,9 +109,7 @@ def joined(points: ContactPoints, tied: Crossings, reach: float) -> np.ndarray:
     return np.where(far < reach, nearest, -1)
 
 
-def nearest_crossing(
-    yarn: np.ndarray, arc_length: np.ndarray, crossings: Crossings
-) -> tuple[np.ndarray, np.ndarray]:
+def nearest_crossing(yarn: Ints, arc_length: Floats, crossings: Crossings) -> tuple[Ints, Floats]:
     """Return the crossing (n,) that is nearest along its yarn to places (n,), -1 without one; and how far it is [m]."""
     apart = 4 * arc_length.max()
     at, order = np.unique((apart * crossings.yarn + crossings.arc_length).ravel(), return_index=True)
@@ -77,11 +121,11 @@ def nearest_crossing(
 
 
 def require_verified_contact(
-    scene: Scene,
+    limit: float,  # share of the internal energy, `gates.point`
     increment: Increment,
     contact: LineContact,
     points: BeamState,
-    vectors: np.ndarray,  # (2, 3), of the lattice [m]
+    vectors: Floats,  # (2, 3), of the lattice [m]
     internal: float,  # energy of the yarns [J]
 ) -> None:
     """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
@@ -97,40 +141,4 @@ def require_verified_contact(
         s, t = contact.arc_length[pairs.both[k]]
         return f"yarns {one} and {other} at arc lengths {s:.4g} and {t:.4g} m"
 
-    require_verified_law(scene, increment, energy, internal, depth, shape, factor, MOST_SHAPED, where)
-
-
-def pressing(scene: Scene) -> Power | CrossedCylinders:
-    """Return the force of two yarns that cross, over their gap, by ``yarn.pressing`` or else by ``beam.section``."""
-    yarn = scene.yarn
-    if (stiffness := scene.value("yarn.pressing")) is not None:
-        return Power(stiffness / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
-    if scene.value("beam.section") in (None, "hertz"):
-        return CrossedCylinders.of(yarn.youngs_modulus, yarn.poisson_ratio, yarn.radius)
-    # Of half a radius, at an approach of R / 4
-    require_stiff_contact(scene, "beam.stiffness", patch=1.5)
-    return Power(penalty(scene) / yarn.radius**0.5, penalty=True)
-
-
-def patch(scene: Scene) -> Patch:
-    """Return the effect of the shape of a contact: of half spaces where Hertz's law holds, else of layers."""
-    hertzian = scene.value("yarn.pressing") is None and scene.value("beam.section") in (None, "hertz")
-    return Patch(scene.yarn.poisson_ratio if hertzian else None)
-
-
-def pressed(scene: Scene) -> float:
-    """Return the share of normal forces in the bending of yarns by forces on their surface; see `eased_by_pressure`.
-
-    Friction at Coulomb's limit, in all directions alike, has the part mu^2 / (2 + mu^2) of the squares of forces normal
-    to and across the yarn. It moves the surface by c - nu R^2 where normal forces move it by c. Yarns that stick pull
-    in all directions, as ties do: they have the shear of the energy.
-    """
-    if patch(scene) == LAYERS:
-        return 0.0
-    nu, square = scene.yarn.poisson_ratio, min(scene.kind.interaction.friction(scene.contact), ROUGH) ** 2
-    return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c
-
-
-def penalty(scene: Scene) -> float:
-    """Return ``beam.stiffness`` times E R [N/m]."""
-    return (scene.value("beam.stiffness") or STICK) * scene.yarn.youngs_modulus * scene.yarn.radius
+    require_verified_law(increment, limit, energy, internal, depth, shape, factor, MOST_SHAPED, where)

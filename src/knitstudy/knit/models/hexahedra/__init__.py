@@ -63,7 +63,9 @@ class HexahedralGates(SolidGates):
     """Force of a tied knit +5 % at 3.3, of a pressed pair within 8 % from 8 on, gates.md. Checked: 2 to 12."""
 
 
-class _Hexahedra(Scene):
+class HexahedralScene(Scene):
+    """Scenes of solid yarns of hexahedra."""
+
     yarn: SolidYarn = section()
     mesh: SolidMesh = section()
     tie: Tie = section()
@@ -71,14 +73,14 @@ class _Hexahedra(Scene):
     gates: HexahedralGates = section()
 
 
-class TiedHexahedra(_Hexahedra, Knit):
+class TiedHexahedra(HexahedralScene, Knit):
     """Knits of tied solid yarns of hexahedra."""
 
     specimens = ("cut_knit", "knit")
     touches = False
 
 
-class Hexahedra(_Hexahedra, Knit):
+class Hexahedra(HexahedralScene, Knit):
     """Knits of solid yarns of hexahedra in contact."""
 
     specimens = ("cut_knit", "knit")
@@ -87,14 +89,14 @@ class Hexahedra(_Hexahedra, Knit):
     contact: KnitContact = section()
 
 
-class TiedPairOfHexahedra(_Hexahedra, Crossing):
+class TiedPairOfHexahedra(HexahedralScene, Crossing):
     """Two tied solid yarns of hexahedra."""
 
     specimens = ("pair",)
     touches = False
 
 
-class PairOfHexahedra(_Hexahedra, Crossing):
+class PairOfHexahedra(HexahedralScene, Crossing):
     """Two solid yarns of hexahedra in contact."""
 
     specimens = ("pair",)

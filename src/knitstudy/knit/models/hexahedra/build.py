@@ -3,50 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.loading.gates import require_elements_across
+from knitstudy.knit.loading.gates import (
+    fewest_across,
+    require_elements_across,
+    require_seen_contact,
+    require_stiff_contact,
+)
 from knitstudy.knit.loading.solve import Problem
-from knitstudy.knit.mesh.mesher import Grips, grips
+from knitstudy.knit.mesh.mesher import Grips, grips, load_of
 from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, quadratic_mesh
 from knitstudy.knit.mesh.quality import require_memory_to_simulate
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.yarns import solids
-from knitstudy.knit.yarns.discretisation import Discretisation, yarn_surfaces
+from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, yarn_surfaces
+from knitstudy.knit.yarns.interactions import penalties
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import InverseMap, shape
-from knitstudy.mechanics.elements.quadratic import EDGES, NODES, quadratic_shape
+from knitstudy.mechanics.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
 from knitstudy.mechanics.materials import material_of
-
-
-def _elements(scene: Scene, connectivity: np.ndarray, nodes: np.ndarray) -> tuple[ElementGroup, ...]:
-    """Return the hexahedra (E, a) of a scene with nodes (N, 3) [m]; MeshError if one is folded."""
-    material = material_of(scene.yarn)
-    kind = ELEMENTS.find(scene.mesh.element)
-    return (ElementGroup(connectivity, kind(nodes[connectivity], material, scene.solver.hourglass)),)
-
+from knitstudy.mechanics.solid import Penetration
 
 # Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
 # whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)
 LUMPED = {8: np.full(8, 1 / 8), 20: np.repeat([7 / 248, 2 / 31], [8, 12])}
 
 
-def _volume(count: int, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+def _volume(count: int, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], from the elements around it."""
     (group,) = groups
     elements = group.connectivity
     volume = group.elements.volume.reshape(-1, len(elements)).sum(axis=0)  # of its integration points
     shares = volume[:, None] * LUMPED[elements.shape[1]]
-    return np.bincount(elements.ravel(), shares.ravel(), count)
+    return np.bincount(elements.ravel(), shares.ravel(), count).astype(float)
 
 
 def _ends(mesh: QuadraticMesh, corners: Grips) -> Grips:
@@ -70,7 +71,7 @@ def _dependence(mesh: QuadraticMesh) -> sp.csr_matrix:
     return sp.csr_matrix((values, (rows, columns)), shape=(count, count))
 
 
-def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
+def build(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Problem:
     """Return a scene with yarns of hexahedra as a problem.
 
     Raises ConfigurationError if the fabric is endless; MeshError if elements are too large for the yarn or folded, the
@@ -80,27 +81,46 @@ def build(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Problem:
         raise ConfigurationError(
             f"scene {scene.name!r}: specimen is {scene.specimen}, which hexahedra cannot model; use spline_yarns"
         )
-    return solids.problem(scene, fabric, solids.assemble(scene, fabric, discretise(scene, fabric, mesh)))
+    return solids.problem(
+        scene, fabric, solids.assemble(scene, scene.tie, fabric, discretise(scene, fabric, mesh))
+    )
 
 
-def discretise(scene: Scene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
+def discretise(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Discretisation:
     """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
-    Raises MeshError if elements are too large for the yarn, or too many for the memory.
+    Raises MeshError if elements are too large for the yarn, or too many for the memory; or if penalties of contact are
+    softer than the yarns, or penetrations unseen.
     """
-    require_elements_across(scene)
+    fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
+    require_elements_across(scene.mesh.size, fewest)
     parts = divide(scene, mesh, fabric)
-    nodes_an_element = parts.connectivity.shape[1]
+    nodes_an_element = kind_of(scene).nodes
     require_memory_to_simulate(parts.nodes.size, parts.bandwidth, scene.mesh.size, nodes_an_element)
-    return parts
+    if not isinstance(scene, Hexahedra | PairOfHexahedra):
+        return parts
+    contact, yarn, friction = scene.contact, scene.yarn, scene.friction
+    require_seen_contact(contact.points, contact.penetration, parts.size, yarn.radius)
+    key, stiffness = "contact.tangential_stiffness", contact.tangential_stiffness
+    require_stiff_contact(key, stiffness, yarn.poisson_ratio, patch=np.pi)  # of a facet's size
+    deepest = contact.penetration * parts.size
+    remedy = "Use a larger contact.normal_stiffness or contact.augmentations"
+    law = penalties(contact, yarn.youngs_modulus, friction, parts.size)
+    limit = Penetration(deepest, contact.augmentations, remedy)
+    return replace(parts, contact=YarnContact(law, contact.points, deepest, limit))
 
 
-def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
+def kind_of(scene: HexahedralScene) -> Any:
+    """Return the class of a scene's elements."""
+    return ELEMENTS.find(scene.mesh.element)
+
+
+def divide(scene: HexahedralScene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
     """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
 
     Quadratic ones are made one for each of the swept mesh. Raises MeshError if one is folded.
     """
-    if ELEMENTS.find(scene.mesh.element).nodes == NODES:
+    if kind_of(scene).nodes == NODES:
         quadratic = quadratic_mesh(mesh, fabric.centrelines)
         return _discretisation(
             scene,
@@ -118,7 +138,7 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
                 ]
             ),
             rings=Rings.of_rows(quadratic.arc_lengths),
-            ends=_ends(quadratic, grips(quadratic.corners, scene, fabric)),
+            ends=_ends(quadratic, grips(quadratic.corners, fabric, load_of(scene) or "")),
             sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
             dependence=_dependence(quadratic),
         )
@@ -134,22 +154,32 @@ def divide(scene: Scene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
         bandwidth=mesh.section.size + mesh.section.bandwidth,
         surfaces=Grids(yarn_surfaces(mesh)),
         rings=Rings.of_rows(mesh.stations),
-        ends=grips(mesh, scene, fabric),
+        ends=grips(mesh, fabric, load_of(scene) or ""),
     )
 
 
 def _discretisation(
-    scene: Scene, nodes: np.ndarray, elements: np.ndarray, yarn: np.ndarray, function: Callable, **parts: Any
+    scene: HexahedralScene,
+    nodes: Floats,
+    elements: NDArray[np.integer[Any]],
+    yarn: Ints,
+    function: Callable[[Floats], Any],
+    **parts: Any,
 ) -> Discretisation:
     """Return the parts that linear and quadratic hexahedra share: nodes are places."""
+    kind, material = kind_of(scene), material_of(scene.yarn)
+
+    def groups(places: Floats) -> tuple[ElementGroup, ...]:
+        return (ElementGroup(elements, kind(places[elements], material, scene.solver.hourglass)),)
+
     return Discretisation(
         nodes=nodes,
         unity=np.ones(len(nodes)),
         yarn=yarn,
-        groups=partial(_elements, scene, elements),
+        groups=groups,
         volume=partial(_volume, len(nodes)),
         locate=InverseMap(nodes, elements, yarn, function).locate,
-        size=scene.metres("mesh.smallest"),
+        size=scene.mesh.smallest * scene.yarn.radius,
         connectivity=elements,
         **parts,
     )

@@ -28,8 +28,9 @@ from knitstudy.knit.contacts.segments import KINDS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import Stations
 from knitstudy.knit.loading.solve import Problem
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.rom2d import PlanarNetwork
 from knitstudy.knit.yarns.network import Network, contacts_of, problem, require_named
+from knitstudy.mechanics.arrays import Floats, Ints
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
 
@@ -81,7 +82,7 @@ def heights_by_stress(fabric: Fabric, contacts: xr.Dataset, stresses: xr.Dataset
     return heights(fabric, contacts, *angles)
 
 
-def zone_places(fabric: Fabric, contacts: xr.Dataset) -> np.ndarray:
+def zone_places(fabric: Fabric, contacts: xr.Dataset) -> Floats:
     """Return the mean places (4, 2) of the zones in their cells, from the left edge of the cell and row 0 on [m]."""
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
     steps = np.column_stack([column * fabric.cell[0], row * fabric.cell[1]])
@@ -100,7 +101,7 @@ def moved(fabric: Fabric, contacts: xr.Dataset, height: Heights) -> xr.Dataset:
 
 
 def build(
-    scene: Scene,
+    scene: PlanarNetwork,
     fabric: Fabric,
     contacts: xr.Dataset | None = None,  # as `rom.contacts_from` says; by default predicted by the geometry
     stresses: xr.Dataset | None = None,  # of the simulation that `rom.stress_from` names
@@ -110,8 +111,8 @@ def build(
     Raises ConfigurationError if the scene names stresses that are not given; DataFileError if the contacts belong to
     another fabric; GeometryError if the stresses make no honeycomb.
     """
-    contacts = contacts_of(scene, fabric, contacts)
-    require_named(scene, "rom.stress_from", "stresses", stresses)
+    contacts = contacts_of(fabric, contacts)
+    require_named(f"rom.stress_from of scene {scene.name}", scene.rom.stress_from, "stresses", stresses)
     beams = planar_network(fabric, contacts, scene.rom.section == "doubled", stresses)
     return problem(scene, fabric, beams)
 
@@ -149,14 +150,12 @@ def planar_network(
 class _Corners:
     """The corners that the yarns pass, yarn by yarn and in order of arc length."""
 
-    yarn: np.ndarray  # of every passage
-    arc_length: np.ndarray  # of every passage [m]
-    number: np.ndarray  # of the corner of every passage
-    point: np.ndarray  # (C, 3) of the corners [m]
+    yarn: Ints  # of every passage
+    arc_length: Floats  # of every passage [m]
+    number: Ints  # of the corner of every passage
+    point: Floats  # (C, 3) of the corners [m]
 
-    def and_more(
-        self, yarn: np.ndarray, arc_length: np.ndarray, number: np.ndarray, point: np.ndarray
-    ) -> _Corners:
+    def and_more(self, yarn: Ints, arc_length: Floats, number: Ints, point: Floats) -> _Corners:
         """Return these and further passages, with further corners, in order."""
         yarn, arc_length = np.append(self.yarn, yarn), np.append(self.arc_length, arc_length)
         order = np.lexsort((arc_length, yarn))

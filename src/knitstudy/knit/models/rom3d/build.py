@@ -8,17 +8,16 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.solve import Problem
+from knitstudy.knit.models.rom3d import SpatialNetwork, TiedSpatialNetwork
 from knitstudy.knit.models.rom3d import Springs as SpringKeys
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.yarns.contact_springs import Springs, springs
-from knitstudy.knit.yarns.joints import Joints, joint_points, patch_stiffness
+from knitstudy.knit.yarns.joints import Joints, Springs, joint_points, patch_stiffness, springs
 from knitstudy.knit.yarns.network import contacts_of, problem, require_named, spatial_network
 
 PIN = 10.0  # stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre
 
 
 def build(
-    scene: Scene,
+    scene: TiedSpatialNetwork | SpatialNetwork,
     fabric: Fabric,
     contacts: xr.Dataset | None = None,  # as `rom.contacts_from` says; by default predicted by the geometry
     springs: xr.Dataset | None = None,  # contacts of the simulation that `rom.springs_from` names
@@ -28,13 +27,12 @@ def build(
     Raises ConfigurationError if the scene asks for springs that the contacts do not give; DataFileError if the contacts
     belong to another fabric, or not all crossings have one; GeometryError if no joints can be made of the contacts.
     """
-    contacts = contacts_of(scene, fabric, contacts)
     rom = scene.rom
+    contacts = contacts_of(fabric, contacts, scene.tie if isinstance(scene, TiedSpatialNetwork) else None)
     points = joint_points(fabric, contacts, rom.normal)
-    if scene.interaction == "tie":
-        joints = Joints.all_tied(len(points.yarn))
-    else:
-        require_named(scene, "rom.springs_from", "springs", springs)
+    joints = Joints.all_tied(len(points.yarn))
+    if isinstance(rom, SpringKeys):
+        require_named(f"rom.springs_from of scene {scene.name}", rom.springs_from, "springs", springs)
         joints = spring_joints(contacts, rom, springs)
     if rom.joint == "pinned":
         joints = joints.pinned(PIN * scene.yarn.youngs_modulus * scene.yarn.radius)

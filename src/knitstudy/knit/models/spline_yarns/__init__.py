@@ -107,14 +107,16 @@ SOLVED_DIRECTLY = {"solver.stabilisation": 0.0, "solver.linear": "auto", "load.s
 """Keys that cells do not have."""
 
 
-class _SplineYarns(Scene):
+class SplineScene(Scene):
+    """Scenes of solid yarns of polynomials times splines."""
+
     yarn: SolidYarn = section()
     mesh: PolynomialMesh = section()
     tie: Tie = section()
     gates: SolidGates = section()
 
 
-class TiedSplineYarns(_SplineYarns, Knit):
+class TiedSplineYarns(SplineScene, Knit):
     """Knits of tied solid yarns."""
 
     specimens = ("cut_knit", "knit")
@@ -123,7 +125,7 @@ class TiedSplineYarns(_SplineYarns, Knit):
     solver: SolidNewton = section()
 
 
-class SplineYarns(_SplineYarns, Knit):
+class SplineYarns(SplineScene, Knit):
     """Knits of solid yarns in contact."""
 
     specimens = ("cut_knit", "knit")
@@ -134,7 +136,7 @@ class SplineYarns(_SplineYarns, Knit):
     contact: KnitContact = section()
 
 
-class TiedPairOfSplineYarns(_SplineYarns, Crossing):
+class TiedPairOfSplineYarns(SplineScene, Crossing):
     """Two tied solid yarns."""
 
     specimens = ("pair",)
@@ -143,7 +145,7 @@ class TiedPairOfSplineYarns(_SplineYarns, Crossing):
     solver: SolidNewton = section()
 
 
-class PairOfSplineYarns(_SplineYarns, Crossing):
+class PairOfSplineYarns(SplineScene, Crossing):
     """Two solid yarns in contact."""
 
     specimens = ("pair",)
@@ -154,7 +156,7 @@ class PairOfSplineYarns(_SplineYarns, Crossing):
     contact: PolynomialContact = section()
 
 
-class TiedCellOfSplineYarns(_SplineYarns, Cell):
+class TiedCellOfSplineYarns(SplineScene, Cell):
     """Cells of an endless knit of tied solid yarns, which are solved directly."""
 
     specimens = ("cell",)
@@ -162,7 +164,7 @@ class TiedCellOfSplineYarns(_SplineYarns, Cell):
     retired: ClassVar = SOLVED_DIRECTLY
 
 
-class CellOfSplineYarns(_SplineYarns, Cell):
+class CellOfSplineYarns(SplineScene, Cell):
     """Cells of an endless knit of solid yarns in contact, which are solved directly."""
 
     specimens = ("cell",)

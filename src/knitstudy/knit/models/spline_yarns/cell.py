@@ -19,16 +19,16 @@ from scipy.sparse.linalg import splu
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.loading.gates import require_sound
 from knitstudy.knit.loading.history import cell_path
 from knitstudy.knit.loading.overlap import Repeats
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.sweep import rotation_minimising
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.spline_yarns import CellOfSplineYarns, TiedCellOfSplineYarns
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, fitted_places
 from knitstudy.knit.yarns.solids import SolidYarns
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.materials import Material
@@ -38,13 +38,15 @@ from knitstudy.mechanics.spline_yarn.span import span_groups
 
 # The first node is held: without it all of a cell could move freely. The first that repeats itself is the first of all.
 HELD = np.zeros(1, dtype=np.int64)
-FIXED = np.arange(3)  # its unknowns
+FIXED: Ints = np.arange(3)  # its unknowns
 
 FARTHEST = 3  # periods up to which images of rows are looked for
 SAMPLES = 200  # places along a yarn at which its extent is taken
 
 
-def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
+def problem(
+    scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation
+) -> Problem:
     """Return a scene whose fabric is endless as a problem, from its discretisation (`spline_yarns`).
 
     The driven side is the lattice: its displacement along x, y and in shear is the strain times the edge of the cell,
@@ -58,7 +60,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
         scene=scene,
         model=model,
         prescribed=prescribed,
-        settings=settings_of(scene, yarns.touches),
+        settings=settings_of(scene.solver, yarns.touches),
         motion=motion,
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
@@ -67,7 +69,7 @@ def problem(scene: Scene, fabric: Fabric, parts: Discretisation) -> Problem:
             np.array([line.length for line in fabric.centrelines[: rows_of(fabric)]]), fabric.periods
         ),
         fields=yarns.fields if "fields" in scene.outputs else None,
-        checks=(partial(require_sound, scene, yarns.model.loaded),),
+        checks=(solids.sound(scene, yarns.model),),
         constants=yarns.ties.constants() | ({} if yarns.touches else cell.shell()),
         attributes={
             "dof": model.size,
@@ -85,7 +87,7 @@ class Cell:
     yarns: SolidYarns  # all rows and the image of the first
     model: PeriodicModel
     spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
-    jumps: np.ndarray  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
+    jumps: Floats  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
     lattice: Lattice
 
     def record(self, increment: Increment) -> Reported:
@@ -99,30 +101,31 @@ class Cell:
             columns["tangent_per_width"] = self.stiffness(replace(state, step=None), slice(3))
         return columns, points
 
-    def stiffness(self, state: Any, chosen: slice) -> np.ndarray:
+    def stiffness(self, state: Any, chosen: slice) -> Floats:
         """Return the stiffness of a tied knit by chosen strains of `mechanics.periodic`, with all nodes in balance.
 
         In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
         """
         tangent = self.yarns.model.respond(state, stiffness=True).stiffness
+        assert isinstance(tangent, sp.spmatrix)  # as asked for
         return condensed(tangent, self.jumps[:, chosen], self.spread, FIXED) / self.lattice.area
 
-    def shell(self) -> dict[str, np.ndarray]:
+    def shell(self) -> dict[str, Floats]:
         """Return the parts of the stiffness at rest by their names in the history."""
         whole = self.stiffness(self.yarns.model.start(), slice(6))
         parts = {"membrane": whole[:3, :3], "coupling": whole[:3, 3:], "bending": whole[3:, 3:]}
         return {f"{name}_stiffness": part for name, part in parts.items()}
 
 
-def assemble(scene: Scene, fabric: Fabric, parts: Discretisation) -> Cell:
+def assemble(scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation) -> Cell:
     """Return the cell of a scene; errors as of `problem`."""
     # Two images touch as the yarns do that they are images of.
-    row = np.arange(len(parts.space.yarns)) < rows_of(fabric)
+    row = np.arange(len(parts.splines.yarns)) < rows_of(fabric)
     # Elements leave out images, which ties and contact reach: an explicit identity makes room for those.
     every = sp.identity(len(parts.nodes), format="csr")
-    yarns = solids.assemble(scene, fabric, parts, spread=every, meets=row[:, None] | row)
-    rows, lattice = _wrapped(parts.space, fabric)
-    spread, jumps = periodic_map(parts.space, rows, lattice, parts.nodes)
+    yarns = solids.assemble(scene, scene.tie, fabric, parts, spread=every, meets=row[:, None] | row)
+    rows, lattice = _wrapped(parts.splines, fabric)
+    spread, jumps = periodic_map(parts.splines, rows, lattice, parts.nodes)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
     return Cell(yarns, model, spread, jumps, lattice)
@@ -133,7 +136,7 @@ def rows_of(fabric: Fabric) -> int:
     return len(fabric.centrelines) - 1
 
 
-def rows_and_images(fabric: Fabric, touches: bool) -> np.ndarray:
+def rows_and_images(fabric: Fabric, touches: bool) -> Ints:
     """Return the row (Y,) that every yarn is or is an image of: all rows, then the images above them.
 
     Where yarns touch there are images of all rows that come nearer to the rows than half a row when nothing is
@@ -147,7 +150,7 @@ def rows_and_images(fabric: Fabric, touches: bool) -> np.ndarray:
     return np.arange(rows + images) % rows
 
 
-def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
+def wrapped_nodes(space: Space, fabric: Fabric) -> Floats:
     """Return the undeformed nodes (N, 3) of all yarns of an endless fabric, images included [m]."""
     rows, lattice = _wrapped(space, fabric)
     nodes = [row.seam.nodes(row.start, lattice.vectors[0]) for row in rows]
@@ -160,7 +163,7 @@ def wrapped_nodes(space: Space, fabric: Fabric) -> np.ndarray:
 
 def without_images(parts: Discretisation, fabric: Fabric, material: Material) -> Discretisation:
     """Return yarns of which rows alone have elements; one node is held and none is driven."""
-    rows = Space(parts.space.yarns[: rows_of(fabric)])
+    rows = Space(parts.splines.yarns[: rows_of(fabric)])
     return replace(
         parts,
         groups=lambda nodes: span_groups(rows, nodes[: rows.size], material),
@@ -169,7 +172,7 @@ def without_images(parts: Discretisation, fabric: Fabric, material: Material) ->
     )
 
 
-def _volume(every: Callable, rows: Space, groups: tuple[ElementGroup, ...]) -> np.ndarray:
+def _volume(every: Callable[..., Floats], rows: Space, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], of the image above the rows as of the first yarn."""
     total, first = every(groups), rows.yarns[0].size
     total[rows.size : rows.size + first] = total[:first]
@@ -181,7 +184,7 @@ class WrappedYarn:
     """A yarn that wraps around."""
 
     seam: Seam
-    start: np.ndarray  # (p, 3) its undeformed nodes that wrap around [m]
+    start: Floats  # (p, 3) its undeformed nodes that wrap around [m]
 
 
 def _wrapped(space: Space, fabric: Fabric) -> tuple[list[WrappedYarn], Lattice]:
@@ -203,8 +206,8 @@ def periodic_map(
     space: Space,  # of all yarns, copies of a yarn share theirs
     rows: list[WrappedYarn],
     lattice: Lattice,  # its second vector is the way of all rows
-    nodes: np.ndarray,  # (N, 3), undeformed [m]
-) -> tuple[sp.csr_matrix, np.ndarray]:
+    nodes: Floats,  # (N, 3), undeformed [m]
+) -> tuple[sp.csr_matrix, Floats]:
     """Return S (3 N, 3 n) and the jumps (3 N, 6) of all yarns, images of the rows after these."""
     every = sp.block_diag([row.seam.wrapped for row in rows], format="csr")
     copies = -(-len(space.yarns) // len(rows))
@@ -220,9 +223,7 @@ def periodic_map(
     return spread, np.concatenate(jumps).reshape(3 * space.size, 6)
 
 
-def wrapped_shape(
-    own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: np.ndarray
-) -> np.ndarray:
+def wrapped_shape(own: YarnSpace, around: Seam, curve: Centreline, radius: float, period: Floats) -> Floats:
     """Return the undeformed nodes (p, 3) of a round yarn that wrap around [m].
 
     Frames without twist need not meet themselves where the yarn goes on: the angle that they miss is spread over the

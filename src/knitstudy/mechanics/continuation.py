@@ -1,30 +1,91 @@
-"""Viscous flow, which continues a load path where Newton's method makes no progress.
-
-Within an increment of the load, steps of a quasi-static flow follow each other: viscous forces c D (u - u_n) hold all
-unknowns near u_n, the last balanced state. Every balanced state is committed as a converged increment is, so that
-friction follows the path of the flow and its contacts. Shorter steps have a larger c.
-
-c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
-c smaller than the missing stiffness does not converge, or goes back. c rises where steps become longer than half an
-element, so that the trapezoidal rule gives the work of viscous forces, and where steps do not balance. A flow ends at
-c = 0, or where viscous forces are a hundredth of the allowed residual: very soft motions would go on for ever. Its last
-state is in equilibrium as that of any other increment.
-"""
+"""What continues a load path where Newton's own first guess fails: guides, and viscous flow."""
 
 from __future__ import annotations
 
 import logging
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.hold import Hold
-from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.increment import Hold, Increment, Rate
 from knitstudy.mechanics.model import summed
-from knitstudy.mechanics.newton import AMPLE, Newton, NotConverged
+from knitstudy.mechanics.newton import AMPLE, Iterate, Newton, NotConverged
+
+# Newton's method with first guesses from elsewhere: from another model, or from an even stretch
 
 log = logging.getLogger(__name__)
+
+CLOSED = 0.1  # residual up to which springs hold a first guess
+
+
+Guide = Callable[[float, float], np.ndarray | None]
+"""Returns an estimate of the change (size,) of all unknowns between two load factors, or None."""
+
+
+class GuidedNewton(Newton):
+    """Newton's method whose iterations begin at the guess of a guide; where these fail, as without a guide."""
+
+    def __init__(self, guide: Guide, *parts: Any) -> None:
+        super().__init__(*parts)
+        self.guide = guide
+
+    def _solve_increment(self, now: Increment, target: float) -> Increment:
+        for change in self._changes(now, target):
+            try:
+                at = self._predicted(now, target, (), change)
+                self._require_finite(at.response)
+                if self.settings.hold:
+                    at = self._closed(at, now, target)
+                return self._iterate_from(at, now, target)
+            except NotConverged as failure:
+                log.debug("iterations from the guide's guess fail: %s", failure)
+        return super()._solve_increment(now, target)
+
+    def _changes(self, now: Increment, target: float) -> list[np.ndarray]:
+        """Return estimates of the change (size,) of all unknowns, the best first; none where the guide ends.
+
+        From the third increment on the best estimate is the model's own rate, corrected by the change of the guide's
+        rate. Before, and where iterations from there fail, the estimate is the guide's own.
+        """
+        change = self.guide(now.load, target)
+        if change is None:
+            return []
+        if now.index < 2 or not now.rates:
+            return [change]
+        last, span = now.rates[0], target - now.load
+        past = self.guide(now.load - last.increment, now.load)
+        if past is None:
+            return [change]
+        return [change + span * (last.step - past / last.increment), change]
+
+    def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:
+        """Return the state near a first guess that is balanced with springs around it.
+
+        Slack loops have motions of nearly no stiffness: corrections would be of metres.
+        """
+        try:
+            self.hold = Hold(self.settings.hold * self.unit, at.total.copy())
+            while at.residual > CLOSED:
+                at = self._iterate(at, now, target)
+        finally:
+            self.hold = None
+        self._reset(at)
+        return at
+
+
+# Viscous flow, which continues a load path where Newton's method makes no progress
+# Within an increment of the load, steps of a quasi-static flow follow each other: viscous forces c D (u - u_n) hold all
+# unknowns near u_n, the last balanced state. Every balanced state is committed as a converged increment is, so that
+# friction follows the path of the flow and its contacts. Shorter steps have a larger c.
+#
+# c falls from `FIRST` to zero as long as viscous forces do not grow, as they do where equilibrium is unstable: there a
+# c smaller than the missing stiffness does not converge, or goes back. c rises where steps become longer than half an
+# element, so that the trapezoidal rule gives the work of viscous forces, and where steps do not balance. A flow ends at
+# c = 0, or where viscous forces are a hundredth of the allowed residual: very soft motions would go on for ever. Its
+# last state is in equilibrium as that of any other increment.
 
 FIRST = 1e-2  # viscosity at first, over the stiffness of a typical unknown
 MOST = 1.0  # the same where less does not balance, beyond which the increment is too large
@@ -55,7 +116,7 @@ class Flow:
         moved = prescribed.at(target) - prescribed.at(now.load)
         near = replace(settings, stride=min(settings.stride, STRIDE * model.length))
         anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
-        total, pull, size, work, pulled = 0.0, 0.0, 0.0, 0.0, None
+        total, pull, size, work, pulled = np.zeros(model.size), np.zeros(model.size), 0.0, 0.0, moved
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
             viscosity = level * self.newton.unit

@@ -9,8 +9,8 @@ import csv
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pandas as pd
 
 from knitstudy.errors import DataFileError
@@ -31,37 +31,30 @@ class Columns:
             if name not in self.table.index:
                 raise DataFileError(
                     f"a {self.kind} has no variable {name!r}; "
-                    f"give its dimensions, unit and meaning in knitstudy/loading/{LIST.name}"
+                    f"give its dimensions, unit and meaning in knitstudy/knit/geometry/{LIST.name}"
                 )
 
-    def variables(self, values: Mapping[str, np.ndarray]) -> dict[str, tuple]:
+    def variables(self, values: Mapping[str, Any]) -> dict[str, tuple[Any, ...]]:
         """Return arrays as variables of a dataset, in the order of the table; DataFileError as `require`."""
         self.require(values)
+        rows: Iterable[Any] = self.table.itertuples()
         return {
             row.Index: (row.dims.split(), values[row.Index], {"units": row.unit, "long_name": row.meaning})
-            for row in self.table.itertuples()
+            for row in rows
             if row.Index in values
         }
 
 
-_LISTED = pd.read_csv(
-    LIST, sep="\t", quoting=csv.QUOTE_NONE, keep_default_na=False, index_col=["file", "name"]
+_LISTED = pd.read_csv(LIST, sep="\t", quoting=csv.QUOTE_NONE, keep_default_na=False, index_col="name")
+KINDS = {
+    "history": "history",  # of all models; `contact_...` has a row for every point in contact at every increment
+    "contacts": "file of contacts",  # at the crossings of solid yarns
+    "stresses": "file of stresses",  # mean stresses of cells, pieces and segments of solid yarns
+    "geometry": "geometry",  # fabrics
+    "mesh": "mesh",  # swept meshes
+    "rest": "shape at rest",  # of cells of beams
+    "coordinates": "file",  # names of entries along a dimension, in all files
+}
+HISTORY, CONTACTS, STRESSES, GEOMETRY, MESH, REST, COORDINATES = (
+    Columns(kind, _LISTED[_LISTED["file"] == name]) for name, kind in KINDS.items()
 )
-
-# Histories of all models; `contact_...` has a row for every point in contact at every increment
-HISTORY = Columns("history", _LISTED.loc["history"])
-
-# Contacts at the crossings of solid yarns
-CONTACTS = Columns("file of contacts", _LISTED.loc["contacts"])
-
-# Mean stresses of cells, pieces and segments of solid yarns
-STRESSES = Columns("file of stresses", _LISTED.loc["stresses"])
-
-# Fabrics, and swept meshes
-GEOMETRY, MESH = Columns("geometry", _LISTED.loc["geometry"]), Columns("mesh", _LISTED.loc["mesh"])
-
-# Shapes at rest of cells of beams
-REST = Columns("shape at rest", _LISTED.loc["rest"])
-
-# Names of entries along a dimension, in all files
-COORDINATES = Columns("file", _LISTED.loc["coordinates"])
