@@ -196,11 +196,11 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
+    if share := share_of_starts(begun):
+        click.echo(share)
     click.echo(
         f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
     )
-    if share := share_of_starts(begun):
-        click.echo(share)
 
 
 def share_of_starts(begun: float) -> str:
