@@ -8,8 +8,6 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quality import scaled_jacobian
-from knitstudy.knit.simulate import build
-from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
@@ -77,15 +75,3 @@ def test_elements_of_the_mesh_are_well_shaped():
     assert (fine.section.size, fine.section.ring.size) == (41, 16)
     steps = np.diff(fine.stations[0])
     assert steps.max() / steps.min() < 1.35
-
-
-def test_degrees_of_freedom_in_the_plane():
-    """324: 36 zones, 12 cut legs and 6 ends at the sides are 54 nodes.
-
-    The 72 of Table 5 also have the 12 middles of legs and 6 of sinkers at which cells meet: no node is needed there.
-    """
-    scene = load_scene("rom2d-tie-course")
-    knit = fabric_of(lay_out(scene))
-    network = build(scene, knit, contacts=contacts_of_crossings(knit)).observer.network
-    assert 6 * network.beam_nodes == 324
-    assert 6 * (network.beam_nodes + 12 + 6) == 432

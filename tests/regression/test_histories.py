@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from knitstudy import load_scene, simulate
+from knitstudy import simulate
 from knitstudy.knit.scene.keys import Section
+from knitstudy.run.configuration import load_scene
 
 RECORDED = Path(__file__).with_suffix(".csv")
 

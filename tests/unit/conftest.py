@@ -1,5 +1,6 @@
 """A small configuration folder that tests may write into, knits, and processes of their own."""
 
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -11,22 +12,6 @@ import yaml
 
 from knitstudy.files import read_table
 from knitstudy.knit.geometry.specimens import yarn_pair
-
-FAMILY = """\
-keys:
-  knit: plain
-scenes:
-- name: dns-a
-  studies: [reduced, ci]
-  keys:
-    outputs: [fields, vtu]
-- name: rom3d-a
-  studies: reduced
-  keys:
-    fidelity: rom3d
-    rom.contacts_from: dns-a
-    load.strain: 2e-2
-"""
 
 
 def loop_points(count: int = 8) -> np.ndarray:
@@ -51,7 +36,7 @@ def config(tmp_path, defaults_with):
     (tmp_path / "loop.yaml").write_text(yaml.safe_dump(loop))
     (tmp_path / "defaults.yaml").write_text(yaml.safe_dump(defaults_with(pattern={"loop": "loop.yaml"})))
     (tmp_path / "scenes").mkdir()
-    (tmp_path / "scenes" / "small.yaml").write_text(FAMILY)
+    shutil.copy(Path(__file__).parent / "families" / "small.yaml", tmp_path / "scenes")
     return tmp_path
 
 

@@ -8,6 +8,8 @@ from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.reference import NEEDED
 from knitstudy.measures.response import FORCE as FORCES
 from knitstudy.measures.response import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
+from knitstudy.paper.sweeps import DRAWN
+from knitstudy.run.configuration import load_scenes, load_study
 
 CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
 
@@ -164,3 +166,37 @@ def sprung(contacts):
         f"dns-isotropic-{way}": synthetic.contacts_with_springs(contacts, np.array(stiffness), "local")
         for way, stiffness in SPRINGS.items()
     }
+
+
+DRAWN_LIFT, SURE = 4e-4, 0.01
+"""Of the loop as it is drawn [m], of which the largest |u_z| is twice, and the reference's relative uncertainty."""
+
+
+def swept_scenes():
+    """Return the scenes of all sweeps of the study by name."""
+    known = load_scenes()
+    drawn = [name.format(kind) for name in DRAWN for kind in ("tie", "isotropic")]
+    return {name: known[name] for name in load_study("full") if name in drawn or name.startswith("sweep-")}
+
+
+def swept_reference(scenes):
+    """Return a reference that the loop as it is drawn meets."""
+    problem = problem_of(scenes["yarns-isotropic-course"])
+    return pd.DataFrame([(problem, LARGEST_U_Z, 0.05, 2 * DRAWN_LIFT, SURE * 2 * DRAWN_LIFT)], columns=NEEDED)
+
+
+def swept_histories(scenes, slopes):
+    """Return histories whose u_z depends on the spacing's ratio, and on the diameter over the drawn one, by a slope."""
+
+    def lift(scene):
+        ratio, thick = scene.pattern.course_ratio, scene.yarn.diameter / 1.8e-3
+        slope = slopes.get(scene.pattern.keep, slopes["shape"])
+        return DRAWN_LIFT * (1 + slope * (ratio - 1) - slope * (thick - 1))
+
+    return {name: history(lift=lift(scene), scene=name) for name, scene in scenes.items()}
+
+
+def room_around(figure):
+    """Return the room [inches] on the left, below, on the right and above what a figure shows; below 0 is cut off."""
+    (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
+    return box.x0, box.y0, width - box.x1, height - box.y1

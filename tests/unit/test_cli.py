@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from refusals import REFUSED
 from synthetic import geometry
 
 from knitstudy.errors import ConvergenceError, EndedEarly
@@ -49,16 +50,7 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
     assert printed_and_imported(code) == ["[0, 0, 0, 0]", "[]"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("frobnicate",), "No such command 'frobnicate'"),
-        (("run", "dns-a", "--set", "load.strain"), "'load.strain' is not key=value"),
-        (("run", "dns-a", "--set", "load.strain=045"), "load.strain, line 1: 045 is no plain number"),
-        (("export", "dns-a", "--dialect", "nastran"), "'nastran' is not one of 'abaqus', 'calculix'"),
-        (("show", "table.csv", "--plot", "a.png"), "--plot draws netCDF files"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), REFUSED["usage"])
 def test_wrong_usage_has_status_2(knitstudy, arguments, reason):
     result = knitstudy(*arguments)
     assert result.exit_code == 2
@@ -196,22 +188,7 @@ def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
     )
 
 
-@pytest.mark.parametrize(
-    ("arguments", "reason"),
-    [
-        (("run", "nonsense"), r"unknown scene 'nonsense'; \d+ names are allowed, such as"),
-        (("run", "dns-tie-cuorse"), "did you mean 'dns-tie-course' or 'yarns-tie-course'"),
-        (("run", "dns-tie-course", "--set", "youngs_modulus=1"), r"\(did you mean 'yarn.youngs_modulus'\?\)"),
-        (("run", "dns-tie-course", "--set", "degree=1"), r"\(did you mean 'mesh.degree'"),
-        (("run", "dns-tie-course", "--set", "friction=1"), r"\(did you mean 'contact.friction'\?\)"),
-        (
-            ("run", "dns-tie-course", "--set", "load.strain=5%"),
-            "load.strain is '5%' but must be a number from",
-        ),
-        (("export", "dns-b", "--dialect", "abaqus"), "unknown scene 'dns-b'"),
-        (("run", "dns-a", "--config", "nowhere"), "nowhere/defaults.yaml: is missing"),
-    ],
-)
+@pytest.mark.parametrize(("arguments", "reason"), REFUSED["commands"])
 def test_wrong_scenes_end_with_one_message_of_near_names(knitstudy, arguments, reason):
     line = message(knitstudy(*arguments))
     assert re.search(reason, line), line
@@ -297,26 +274,11 @@ def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
 
 
-def test_loop_of_spacings_and_yarn(knitstudy, tmp_path):
-    rows = table(knitstudy("loop", "--course", "0.9e-3", "--wale", "1.1e-3", "--diameter", "0.25e-3"))
-    known = {name: float(value) for name, value, *_ in rows[1:-2]}
-    assert known["gap"] == pytest.approx(0.01 * 0.125e-3, rel=0.01)
-    assert known["loop length"] == pytest.approx(2 * 0.9e-3 + 1.1e-3 + 5.94 * 0.25e-3, rel=0.02)
-    assert (tmp_path / "loop.png").stat().st_size > 10_000
-    assert rows[-1][0].startswith("--set pattern.course_spacing=0.0009 --set")
-
-
 def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     result = knitstudy("check", "rom3d-tie-course", "--set", "mesh.beam_size=5")
     assert "mesh.beam_size is 5 yarn radii: straight beams in bent yarns are" in message(result)
     kept = knitstudy("check", "rom3d-tie-course")
     assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)
-
-
-def test_keys_that_a_user_sets_say_so(knitstudy):
-    rows = {row[0]: row for row in table(knitstudy("check", "cell-course", "--set", "load.strain=0.02"))[1:]}
-    assert rows["load.strain"][1:] == ["0.02", "1", "physics", "set here"]
-    assert rows["load.lateral"][-1] == "assumed"
 
 
 def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
@@ -361,11 +323,6 @@ def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
     assert checked.stdout.splitlines()[-1].startswith("loop: stitches as they are drawn, not optimised")
     refused = message(knitstudy("loop", "fabric-acrylic-stockinette-course-free", *changes))
     assert "tucks, floats and moved loops are not optimised" in refused
-
-
-def test_stops_are_bounded(knitstudy):
-    refused = message(knitstudy("check", "cell-course", "--set", "load.stops=[[0.04, 1e-12]]"))
-    assert "100,000 of them at most" in refused
 
 
 def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch):

@@ -1,14 +1,23 @@
-"""Contact points: which of them touch, their history, and inputs that are refused."""
+"""Contact points: which of them touch, their history, their surfaces, and inputs that are refused."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.spatial import cKDTree
-from tubes import crossing, hairpin
+from tubes import crossing, tube
 
-from knitstudy.errors import ConvergenceError, MeshError
+from knitstudy.knit.mesh.section import drawn_angles
+from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
+from knitstudy.knit.yarns.discretisation import contact_surfaces
+from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
+from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
-from knitstudy.mechanics.contact.grids import Grids
+from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.interaction import Contact
+from knitstudy.mechanics.contact.tangent import Quadrature
+from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 
 APART = ~np.eye(2, dtype=bool)
 
@@ -45,103 +54,6 @@ def test_the_search_misses_nothing(pressed):
         near = mine[distance < 0.9 * answer.margin]
         assert len(near) > 0
         assert {(point, 1 - number) for point in near} <= followed
-
-
-def test_motion_counts_between_yarns_that_are_near_each_other(pressed):
-    answer, before, after, upper = pressed
-    assert answer.motion(before, 3.0 + before) == pytest.approx(0, abs=1e-12)
-    assert answer.motion(before, after) == pytest.approx(0.08)
-    far = before + np.where(upper[:, None], [0, 0, 9.0], 0)
-    assert answer.motion(far, far + np.where(upper[:, None], [0, 0, 5.0], 0)) == pytest.approx(0, abs=1e-12)
-
-
-def test_surfaces_that_nearly_touch_are_pulled_together():
-    """Pressures close the gaps of the pairs that are nearly as near as the nearest ones, and no other pair touches."""
-    nodes, grids, upper = crossing(0.01)
-    answer = contact(nodes, grids, meets=APART, margin=0.3)
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
-    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
-    nearest = points.evaluated_gap.min()
-    assert 0 < nearest < 0.015
-    near = points.evaluated_gap < nearest + 0.003
-    assert near.any()
-    np.testing.assert_array_equal(points.number, points.evaluated[near])
-    assert np.all(points.status == STICK)
-    np.testing.assert_allclose(points.pressure, -10.0 * points.gap)
-    pull = answer.forces(points, stiffness=False).node_force
-    assert pull[upper, 2].sum() > 0 > pull[~upper, 2].sum()  # internal forces: what moves the upper tube down
-
-
-def test_surfaces_far_apart_are_not_pulled_together():
-    nodes, grids, _ = crossing(0.05)
-    answer = contact(nodes, grids, meets=APART, margin=0.3)
-    points = answer.points(nodes, nodes, ContactHistory.empty(), pulled=True)
-    assert len(points.followed.point) > 0
-    assert not len(points.active)
-
-
-def test_places_that_were_far_apart_touch_within_one_increment():
-    nodes, grids, upper = crossing(3.0)
-    answer = contact(nodes, grids, meets=APART)
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).evaluated)
-    moved = nodes + np.where(upper[:, None], [0.5, 0.3, -3.06], 0)
-    points = answer.points(moved, nodes, ContactHistory.empty())
-    assert len(points.active) > 10
-    assert points.gap.min() == pytest.approx(-0.06, abs=5e-3)
-    # Of the way of 3 m, all but the last 0.06 was in the air.
-    assert points.slip_share[points.active].max() < 0.03
-
-
-def test_a_yarn_touches_itself():
-    nodes, grid = hairpin(4.0)
-    answer = contact(nodes, [grid])
-    assert not len(answer.points(nodes, nodes, ContactHistory.empty()).active)
-    # The legs turn towards each other about the bend.
-    share = np.clip(-nodes[:, 0] / 8, 0, 1)
-    moved = nodes + (np.where(nodes[:, 1] > 2, -1.05, 1.05) * share)[:, None] * [0, 1.0, 0]
-    points = answer.points(moved, nodes, ContactHistory.empty())
-    assert len(points.active) > 0
-    row = answer.quadrature.places(points.history.point[points.active])[1][:, 0]
-    assert np.all(np.abs(row - points.projection.xi[points.active, 0]) > 10)
-
-
-def test_friction_remembers_where_points_stuck(pressed):
-    answer, before, nodes, upper = pressed
-    history = answer.commit(answer.points(nodes, before, ContactHistory.empty()))
-    shift = np.where(upper[:, None], [0.001, 0, 0], 0)
-    there = answer.points(nodes + shift, nodes, history)
-    old = there.history.pressure > 0
-    middle = old & (there.pressure > 0.5 * there.pressure.max())
-    assert set(there.status[middle]) == {STICK}
-    back = answer.points(nodes, nodes + shift, answer.commit(there))
-    still = answer.points(nodes, nodes, history)
-    # Pairs are in one order, but others may be evaluated beside them.
-    one, other = (
-        each.traction[np.isin(each.history.point, there.history.point[middle])] for each in (back, still)
-    )
-    np.testing.assert_allclose(one, other, atol=1e-9)
-
-
-def test_slip_adds_up_and_is_forgotten_when_a_point_opens(pressed):
-    answer, before, nodes, upper = pressed
-    history, slid = answer.commit(answer.points(nodes, before, ContactHistory.empty())), nodes
-    for _ in range(2):
-        last, slid = slid, slid + np.where(upper[:, None], [0.05, 0, 0], 0)
-        points = answer.points(slid, last, history)
-        deep = points.pressure > 0.8 * points.pressure.max()
-        assert set(points.status[deep]) == {SLIP}
-        history = answer.commit(points)
-    # All of the way but the elastic part.
-    np.testing.assert_allclose(
-        history.slip[points.number[deep]], 0.1 - 0.3 * points.pressure[deep] / 7, atol=5e-3
-    )
-    assert history.dissipated > 0
-    lifted = slid + np.where(upper[:, None], [0, 0, 0.1], 0)
-    points = answer.points(lifted, slid, history)
-    assert np.all(points.status == OPEN)
-    after = answer.commit(points)
-    assert not after.slip.any()
-    assert after.dissipated == history.dissipated
 
 
 class Restless(Grids):
@@ -185,34 +97,6 @@ def test_pairs_that_are_left_out_do_not_touch():
     assert 0 < np.mean(evaluated) < 0.8
 
 
-def test_multipliers_carry_the_pressure_without_penetration(pressed):
-    answer, before, nodes, _ = pressed
-    points = answer.points(nodes, before, ContactHistory.empty())
-    history = answer.augment(points)
-    again = answer.points(nodes, before, history)
-    np.testing.assert_allclose(
-        again.pressure[again.active], points.pressure[points.active] - 10 * points.gap[points.active]
-    )
-    # Anchors are kept as differences of places of order one.
-    np.testing.assert_allclose(again.slip[again.active], points.slip[points.active], atol=1e-14)
-
-
-def test_surfaces_that_overlap_from_the_start_are_refused():
-    nodes, grids, _ = crossing(-0.05)
-    with pytest.raises(MeshError, match=r"overlap by 0\.048 "):
-        contact(nodes, grids, meets=APART)
-
-
-def test_sliding_over_the_end_of_a_surface_is_refused():
-    nodes, grids, upper = crossing(0.02)
-    answer = contact(nodes, grids, meets=APART)
-    on = nodes + np.where(upper[:, None], [2.8, 0, -0.08], 0)
-    history = answer.commit(answer.points(on, nodes, ContactHistory.empty()))
-    off = on + np.where(upper[:, None], [1.0, 0, 0], 0)
-    with pytest.raises(ConvergenceError, match="over the end of a surface"):
-        answer.commit(answer.points(off, on, history))
-
-
 LAW = Coulomb(normal=100.0, tangential=50.0, friction=0.5)
 
 
@@ -231,36 +115,102 @@ def test_traction_is_the_trial_or_the_limit():
     np.testing.assert_allclose(LAW.slipped(trial, pressure), [0, 0.1, 0, 0])
 
 
-@pytest.mark.parametrize(("friction", "expected"), [(np.inf, STICK), (0.0, SLIP)])
-def test_rough_never_slips_and_frictionless_never_sticks(friction, expected):
-    law = Coulomb(100.0, 50.0, friction)
-    trial = np.array([[1e9, 0, 0], [1e-9, 0, 0], [0, 0, 0]])
-    traction, status = law.traction(trial, np.full(3, 1e-3))
-    assert set(status) == {expected}
-    np.testing.assert_array_equal(traction, trial if friction else 0 * trial)
-    assert np.all(law.slipped(trial, np.full(3, 1e-3)) == 0) or friction == 0
+RNG = np.random.default_rng(0)
 
 
-def test_symmetric_stiffness_acts_along_the_normal_and_along_the_surface():
-    """A point that slips has no stiffness along its slip, and a share of the stiffness of sticking across it."""
-    rng = np.random.default_rng(0)
-    normal = rng.normal(size=(20, 3))
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
-    trial = np.cross(normal, rng.normal(size=(20, 3))) * 10
-    pressure = np.full(20, 10.0)
-    _, status = LAW.traction(trial, pressure)
-    assert set(status) == {STICK, SLIP}
-    stiffness = LAW.symmetric_stiffness(trial, normal, pressure, status)
-    np.testing.assert_allclose(stiffness, np.swapaxes(stiffness, 1, 2), atol=1e-12)
-    assert np.linalg.eigvalsh(stiffness).min() > -1e-9
+@pytest.mark.parametrize("offset", [0.0, 0.05])
+def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
+    nodes, grid = tube(angles=24)
+    quadrature = Quadrature.on(Grids([Grid(grid.nodes, offset=offset)]), nodes, points=3)
+    assert len(quadrature.area) == 12 * 24 * 9
+    assert quadrature.area.sum() == pytest.approx(2 * np.pi * (1 - offset) * 6, rel=2e-3)
+    _, xi = quadrature.places(np.arange(len(quadrature.area)))
+    np.testing.assert_array_equal(quadrature.row_and_column(np.arange(len(xi)) // 9)[1], np.floor(xi))
 
-    slides = (status == SLIP)[:, None]
-    size = np.linalg.norm(trial, axis=1)[:, None]
-    share = np.where(slides, 0.5 * 10.0 / size, 1.0)
-    for direction, expected in (
-        (normal, 100.0),
-        (trial / size, 50.0 * ~slides),
-        (np.cross(normal, trial / size), 50.0 * share),
-    ):
-        pulled = np.einsum("kij,kj->ki", stiffness, direction)
-        np.testing.assert_allclose(pulled, expected * direction, atol=1e-9)
+
+@pytest.mark.parametrize("refinement", [1.5, 3.0])
+def test_graded_angles_keep_the_radius(refinement):
+    """Tangents touch the circle where steps differ: the error falls with the fourth power of the step."""
+    errors = []
+    for count in (24, 48):
+        pull = np.array([[(refinement - 1) / (refinement + 1), 0.0]])
+        angles = drawn_angles(2 * np.pi * (np.arange(count) + 0.5) / count, np.repeat(pull, 4, axis=0))
+        s = np.repeat(np.arange(4.0), count)
+        nodes = np.stack([np.cos(angles).ravel(), np.sin(angles).ravel(), -s], axis=-1)
+        grid = Grid(np.arange(4 * count).reshape(4, count), chords=circular_chords(angles))
+        xi = np.random.default_rng(1).uniform([0, 0], [3, count], (2000, 2))
+        place = Grids([grid]).stencil(np.zeros(len(xi), int), xi).places(nodes)[0]
+        errors.append(np.abs(np.hypot(place[:, 0], place[:, 1]) - 1).max())
+    assert errors[1] < 3e-3
+    assert np.log2(errors[0] / errors[1]) > 3.5
+
+
+RADIUS, LENGTH, ANGLES = 0.5, 3.0, 12
+BREAKS = np.array([0.0, 0.8, 1.2, 1.5, 2.1, LENGTH])
+CELLS = [0.0, 0.6, 1.2, 1.4, 1.6, 1.8, 2.4, LENGTH]
+
+
+def straight(space, middle, along, up):
+    """Nodes of a straight yarn of that space."""
+    spline = space.spline
+    s = np.linspace(0, LENGTH, 60)
+    centre = spline.fit(s, middle + (s - 0.5 * LENGTH)[:, None] * along)
+    turned = [np.tile(d, (spline.size, 1)) for d in (up, np.cross(along, up))]
+    return space.coefficients(centre, *turned, RADIUS)
+
+
+@pytest.fixture(scope="module")
+def crossed():
+    """Two yarns that cross, with spans and degrees of all kinds: space, nodes and surfaces."""
+    own = yarn_space(BREAKS, [2, 3, 4, 3, 2])
+    space = Space((own, own))
+    x, y, z = np.eye(3)
+    nodes = np.concatenate(
+        [straight(own, -(RADIUS + 0.005) * z, x, z), straight(own, (RADIUS + 0.005) * z, y, z)]
+    )
+    return space, nodes, Cylinders(space, RADIUS, [np.array(CELLS)] * 2, ANGLES)
+
+
+def test_no_place_moves_farther_than_is_said(crossed):
+    """In the box of a place's ring, for all places that share its neighbourhood."""
+    _, nodes, surfaces = crossed
+    generator = np.random.default_rng(5)
+    before = surfaces.carry(nodes)
+    near = Neighbourhoods(surfaces, before, RADIUS)
+    xi = generator.uniform(0, [surfaces.edges(0)[0][-1], ANGLES], size=(4000, 2))
+    surface = generator.integers(0, 2, len(xi))
+    one, other = np.flatnonzero(surface == 0)[:500], np.flatnonzero(surface == 1)[:500]
+    ring = np.searchsorted(surfaces.edges(0)[0], xi[one, 0], side="right") - 1
+    smallest = []
+    for size in np.linspace(0.002, 0.1, 20):
+        change = surfaces.carry(size * RADIUS * generator.standard_normal(nodes.shape))
+        # The larger part is of long waves, as in a fabric that shears.
+        change += 0.3 * np.sin(before[:, [1, 2, 0]] / (6 * RADIUS)) * RADIUS
+        motion = near.motion(before + change, before)
+        here, there = (surfaces.places(surface, xi, state)[0] for state in (before, before + change))
+        then, now = (np.linalg.norm(p[one, None] - p[None, other], axis=2) for p in (here, there))
+        shares = then < (WIDTH - 2) * RADIUS
+        bound = motion.least(then, near.of_ring[ring][:, None])
+        assert np.all(now[shares] >= bound[shares])
+        smallest.append((now - bound)[shares].min())
+    assert shares.any()
+    assert min(smallest) < 0.5 * RADIUS
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    keys = {"fidelity": "spline_yarns", "interaction": "isotropic", "contact.tied_edges": "none"}
+    return plain_scene.vary(keys | {"pattern.loops": 1, "pattern.rows": 1})
+
+
+@pytest.fixture(scope="module")
+def knit(scene, knit_of):
+    return knit_of(scene)
+
+
+def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
+    wide = scene.vary({"contact.window": 4.0})
+    thick = replace(knit, radius=2 * knit.radius)
+    space = undeformed_yarns(wide, thick)[0]
+    with refusal(r"two crossings of a yarn are .* contact\.window, 4\.00"):
+        contact_surfaces(space, thick, wide.contact.cell, wide.contact.window)

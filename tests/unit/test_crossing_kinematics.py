@@ -2,9 +2,7 @@
 
 import numpy as np
 import pytest
-import synthetic
 
-from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.contacts.kinematics import (
     Axes,
     kinematics,
@@ -16,7 +14,6 @@ from knitstudy.knit.contacts.kinematics import (
 from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
-from knitstudy.knit.simulate import build, solve
 from knitstudy.mechanics.rotation import exp
 
 RADIUS = 0.9e-3
@@ -56,12 +53,6 @@ def test_spin_and_tilt_of_rotations_by_hand(pair):
     for name in ("axial_stretch", "normal_stretch", "across_stretch"):
         np.testing.assert_allclose(turned[name], 1.0, rtol=1e-14)
     np.testing.assert_allclose(turned["section_contraction"], 0.0, atol=1e-14)
-
-
-def test_relative_rotation_takes_the_lower_section_to_the_upper(pair):
-    common = exp([0.3, 0.1, -0.7])
-    turned = of_pair(pair, common, exp(0.4 * Z) @ common)
-    np.testing.assert_allclose(turned["relative_rotation"], 0.4 * Z, atol=1e-14)
 
 
 def test_stretches_of_turned_sections_by_hand(pair):
@@ -140,41 +131,6 @@ def test_places_on_a_curved_yarn_are_found_again(knit):
     np.testing.assert_allclose(around, angle, atol=1e-6)
 
 
-@pytest.fixture
-def history(knit):
-    """History of a knit in contact whose sections all turn about z by their strain, and whose upper rows rise."""
-    history = synthetic.contact_history(knit)
-    strain = history["strain"].to_numpy()
-    count = len(knit.crossings.row)
-    gradient = np.broadcast_to(exp(strain[:, None] * Z)[:, None, None], (len(strain), count, 2, 3, 3))
-    displacement = np.zeros((len(strain), count, 2, 3))
-    displacement[:, :, 1, 2] = 1e-3 * strain[:, None]
-    return history.assign(
-        section_gradient=(("increment", "crossing", "side", "xyz", "undeformed_xyz"), gradient),
-        section_displacement=(("increment", "crossing", "side", "xyz"), displacement),
-    )
-
-
-def test_contacts_hold_the_kinematics_of_their_history(knit, history):
-    contacts = extract(knit, history)
-    strain = history["strain"].to_numpy()
-    np.testing.assert_allclose(
-        contacts["section_rotation"][..., 2], np.broadcast_to(strain[:, None, None], (6, 36, 2))
-    )
-    np.testing.assert_allclose(contacts["centreline_relative_displacement"][-1, :, 2], 5e-5)
-    units = {"section_rotation": "rad", "axial_stretch": "1", "sliding": "m", "contact_spin": "rad"}
-    assert {name: contacts[name].attrs["units"] for name in units} == units
-
-
-def test_tied_contact_areas_stay_and_open_ones_have_no_place(knit, history):
-    contacts = extract(knit, history)
-    tied = contacts["tied"].to_numpy() == 1
-    for name in ("sliding", "contact_travel", "contact_spin"):
-        assert not contacts[name][:, tied].any()
-        free = contacts[name].to_numpy()[:, ~tied]
-        np.testing.assert_array_equal(np.isnan(free[..., 0]), (contacts["zones"] == 0).to_numpy()[:, ~tied])
-
-
 SIZE = 0.5
 
 
@@ -198,24 +154,3 @@ def test_affine_motions_are_exact(knitted, gradient):
     np.testing.assert_allclose(motion.gradient, np.tile(gradient, (count, 2, 1, 1)), atol=1e-12)
     expected = crossings.point @ (gradient - np.eye(3)).T + shift
     np.testing.assert_allclose(motion.displacement, expected, atol=1e-15)
-
-
-def test_history_of_a_simulation_holds_the_motion_of_sections(plain_scene):
-    """Tied yarns, the upper one pushed along the lower: the maps are those of its displacements at full load."""
-    scene = synthetic.pair_scene(plain_scene, [[2e-5, 0.0, -1e-5]], interaction="tie")
-    scene = scene.vary({"outputs": ["fields"], "solver.increments": 1, "gates.elements_across": 4})
-    pair = yarn_pair(0.9e-3, 90.0, scene.pair.length, 0.01)
-    mesh = mesh_fabric(pair, SIZE, 2.0)
-    history = solve(scene, pair, mesh=mesh)
-    assert history["section_gradient"].dims == ("increment", "crossing", "side", "xyz", "undeformed_xyz")
-    assert not history["section_displacement"][0].any()
-    nodes = build(scene, pair, mesh=mesh).observer.yarns.parts.nodes
-    motion = section_motion(pair.crossings, mesh, nodes, history["node_displacement"].to_numpy())
-    np.testing.assert_allclose(history["section_gradient"][-1], motion.gradient, rtol=1e-12, atol=1e-15)
-    np.testing.assert_allclose(
-        history["section_displacement"][-1], motion.displacement, rtol=1e-9, atol=1e-15
-    )
-    contacts = extract(pair, history)
-    assert 1e-5 < contacts["centreline_relative_displacement"][-1, 0, 0] < 2e-5, "most of the push"
-    # The tie holds the lower face of the upper yarn back, which turns that about its own axis, y.
-    assert np.argmax(np.abs(contacts["section_rotation"].to_numpy()[-1, 0, 1])) == 1

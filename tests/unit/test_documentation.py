@@ -1,11 +1,15 @@
-"""The page of keys follows from their sections; pages name keys and files that are there, and link pages that are."""
+"""Pages name keys and files that are there, docstrings show what they return, rooms keep their order."""
 
+import doctest
+import importlib
 import re
 from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from importlinter.cli import lint_imports
 
+import knitstudy
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.kinds import Labels, all_sections, role_of
 from knitstudy.measures.discretisation import HOW_FAR, physics_of
@@ -42,7 +46,7 @@ def has(scene, key):
 
 @pytest.mark.parametrize("name", ["columns", "keys"])
 def test_documentation_is_up_to_date(docs_script, name):
-    """Otherwise: python docs/NAME.py."""
+    """Otherwise: python docs/reference/NAME.py."""
     docs = docs_script(name)
     page = docs.PAGE.read_text(encoding="utf-8")
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
@@ -70,3 +74,27 @@ def test_every_page_is_linked_from_the_readme():
     readme = PAGES[0].read_text(encoding="utf-8")
     linked = {(ROOT / path).resolve() for path in LINK.findall(readme)}
     assert {page for page in PAGES[1:] if page.parent.name != "notes" and page.name != "index.md"} <= linked
+
+
+PACKAGE = Path(knitstudy.__file__).resolve().parent
+
+WITH_EXAMPLES = [
+    ".".join(("knitstudy", *path.relative_to(PACKAGE).with_suffix("").parts)).removesuffix(".__init__")
+    for path in sorted(PACKAGE.rglob("*.py"))
+    if ">>> " in path.read_text(encoding="utf-8")
+]
+
+
+@pytest.mark.parametrize("module", WITH_EXAMPLES)
+def test_examples_run(module):
+    results = doctest.testmod(importlib.import_module(module))
+    assert (results.failed, results.attempted > 0) == (0, True)
+
+
+CONTRACTS = Path(__file__).parents[2] / ".importlinter"
+
+
+def test_contracts_of_imports_are_kept(capsys, monkeypatch):
+    """The linter would disable the loggers that other tests listen to."""
+    monkeypatch.setattr("logging.config.dictConfig", lambda _: None)
+    assert lint_imports(config_filename=str(CONTRACTS), cache_dir=None) == 0, capsys.readouterr().out

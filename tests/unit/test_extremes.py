@@ -1,18 +1,17 @@
 """A trial ends with a sound history, a named error or a silent failure, and its row is kept whole."""
 
 import os
+from dataclasses import replace
 
 import extremes
-import numpy as np
 import pytest
+import study
 import yaml
-from extremes import CAUSES, KEPT, QUANTITIES, Trial, cause, draw, judged, load_trials, run
-from layout import room_around
-from synthetic import history
+from extremes import CAUSES, KEPT, Trial, cause, draw, judged, load_trials, run
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
 from knitstudy.files import read_table
-from knitstudy.run.store import Results
+from knitstudy.run.configuration import CONFIG
 
 
 @pytest.fixture
@@ -59,18 +58,6 @@ def test_every_end_has_a_row(trial, simulated, error, outcome, why):
     assert cause(row) in CAUSES
 
 
-def test_a_history_that_is_not_sound_is_a_silent_failure(trial, simulated):
-    broken = history(force=(0.0, 1.0, np.nan), scene="a").assign(
-        {name: ("increment", np.linspace(0, 1, 3)) for name in ("load", "residual")}
-    )
-    broken["reaction"] = (("increment", "xyz"), np.zeros((3, 3)))
-    broken["energy"] = (("increment", "form"), np.ones((3, 1)))
-    broken = broken.assign_coords(form=["external"])
-    simulated(lambda scene: Results(scene, None, broken))
-    row = judged(trial, None, None)
-    assert (row["outcome"], row["reason"]) == ("silent", "force holds a value that is no number")
-
-
 def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     simulated(lambda scene: os._exit(7))
     row = run(trial, None, None)
@@ -78,79 +65,27 @@ def test_a_process_that_dies_is_a_silent_failure(trial, simulated):
     assert (row["trial"], row["changed"]) == ("strain a 1", "load.strain = 0.1")
 
 
-BASES = {
-    "a": {},
-    "b": {"fidelity": "rom3d", "rom.contacts_from": "extreme-a"},
-    "c": {"interaction": "isotropic"},
-}
-
-DECLARED = {
-    "seed": 1,
-    "limit": 10.0,
-    "cheap": 1.0,
-    "alone": {
-        "strain": {"of": ["a", "b"], "values": {"load.strain": [-1, 0.1]}, "cases": [{"load.stops": [0.01]}]},
-        "both": {"of": ["c"], "values": {"contact.normal_stiffness contact.tangential_stiffness": [3]}},
-        "size": {"of": ["a"], "values": {"diameter": [1.0]}},
-        "stiffness": {"of": ["a"], "values": {"stiffness": [1.0]}},
-        "across": {"of": ["a"], "values": {"across": [5]}},
-    },
-    "together": {
-        "scenes": 40,
-        "changed": 0.5,
-        "of": ["a", "b", "c"],
-        "keys": {
-            "load.strain": {"even": [0.1, 0.2]},
-            "mesh.size": {"decades": [1e-2, 1]},
-            "interaction": ["rough", "isotropic"],
-            "contact.friction": {"even": [0, 1]},
-            "diameter": {"decades": [1e-3, 1]},
-        },
-    },
-}
-
-
-@pytest.fixture
-def campaign(config):
-    """Trials of a campaign."""
-    scenes = [{"name": f"extreme-{name}", "keys": {"knit": "plain", **keys}} for name, keys in BASES.items()]
-    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump({"studies": [], "scenes": scenes}))
-    (config / "extremes.yaml").write_text(yaml.safe_dump(DECLARED))
-    return load_trials(config)
-
-
-def changes(campaign, group):
-    return [(trial.model, dict(trial.changes)) for trial in campaign if trial.group == group]
-
-
-def test_one_thing_at_a_time(campaign):
-    assert changes(campaign, "strain") == [
-        (model, changed)
-        for model in "ab"
-        for changed in ({"load.strain": -1}, {"load.strain": 0.1}, {"load.stops": [0.01]})
+def test_trials_change_one_thing_or_draw_values_within_their_ranges():
+    """Of the campaign as it is declared; quantities change the keys that they stand for."""
+    declared, trials = yaml.safe_load((CONFIG / "extremes.yaml").read_text()), load_trials(CONFIG)
+    alone = [(each.model, dict(each.changes)) for each in trials if each.group == "penalty"]
+    both = {"contact.normal_stiffness": 0.1, "contact.tangential_stiffness": 0.1}
+    assert (len(alone), alone[0]) == (5, ("hexahedra-slide", both))
+    ranges = {key: each for keys, each in declared["together"]["keys"].items() for key in keys.split()}
+    drawn = [
+        (key, value) for each in trials if each.group == "together" for key, value in each.changes.items()
     ]
-    both = {"contact.normal_stiffness": 3, "contact.tangential_stiffness": 3}
-    assert changes(campaign, "both") == [("c", both)]
-
-
-def test_quantities_change_the_key_that_they_stand_for(campaign):
-    scenes = {trial.group: trial.scene() for trial in campaign if trial.group in ("size", *QUANTITIES)}
-    large, soft, fine = (scenes[name] for name in ("size", "stiffness", "across"))
-    assert large.yarn.diameter == pytest.approx(1.0)
-    assert large.mesh.size == pytest.approx(1 / 3)
-    assert (soft.yarn.youngs_modulus, soft.yarn.diameter) == (1.0, 1.8e-3)
-    assert fine.mesh.size == pytest.approx(2 / 5)
-
-
-def test_draws_lie_in_their_ranges_and_are_of_keys_that_the_scene_has(campaign):
-    together = changes(campaign, "together")
-    assert len(together) == 3 * 40
-    strains = [changed["load.strain"] for _, changed in together if "load.strain" in changed]
-    assert 0.1 <= min(strains) < 0.12 < 0.18 < max(strains) <= 0.2
-    keys = {model: {key for name, changed in together if name == model for key in changed} for model in "abc"}
-    assert keys["b"] == {"load.strain", "diameter"}
-    assert keys["c"] == {"load.strain", "mesh.size", "diameter", "interaction", "contact.friction"}
+    assert {key for key, _ in drawn} == set(ranges)
+    for key, value in drawn:
+        if isinstance(ranges[key], list):
+            assert value in ranges[key]
+        else:
+            ((low, high),) = ranges[key].values()
+            assert low <= value <= high
+    for name, key, value in (("diameter", "yarn.diameter", 1.0), ("stiffness", "yarn.youngs_modulus", 1.0)):
+        scene = replace(trials[0], changes={name: value}).scene()
+        assert scene.value(key) == pytest.approx(value)
 
 
 def test_the_map_of_the_kept_trials_fits_on_its_page():
-    assert min(room_around(draw(read_table(KEPT)))) > 0
+    assert min(study.room_around(draw(read_table(KEPT)))) > 0

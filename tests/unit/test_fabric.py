@@ -1,21 +1,29 @@
-"""Fabrics: crossings that are found from curves, grips, pieces."""
+"""Fabrics: crossings that are found from curves, grips, pieces, files of one's own."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import DataFileError, GeometryError
+from knitstudy import registry
+from knitstudy.files import write_dataset
+from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.fabric import Grip, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import initial_loop
-from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, plain_knit, yarn_pair
+from knitstudy.knit.geometry.loop import LoopTarget
+from knitstudy.knit.geometry.readers import centreline, read_fabric
+from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, middles_of_legs, plain_knit, yarn_pair
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.loading.solve import solve_load_path
 from knitstudy.knit.mesh.mesher import sampled_sections
 from knitstudy.knit.models.beam import build as beams_in_contact
 from knitstudy.knit.models.spline_yarns import build as spline_yarns
+from knitstudy.knit.simulate import build
 
 RADIUS = 0.9e-3
 
@@ -81,17 +89,6 @@ def test_yarns_that_pass_far_apart_do_not_cross():
     assert len(of_curves(lines, RADIUS).crossings) == 0
 
 
-def test_zones_of_a_knit_lie_where_their_numbers_say(loop):
-    knit = plain_knit(loop, 2, 3)
-    place = knit.crossings.point.reshape(3, 2, 4, 2, 3)
-    middle, centre = place.mean(axis=3), knit.cell[0] * (np.arange(2) + 0.5)[:, None]
-    assert (middle[..., [0, 2], 0] < centre).all()
-    assert (middle[..., [1, 3], 0] > centre).all()
-    assert (middle[..., [2, 3], 1] > middle[..., [0, 1], 1]).all()
-    in_front = place[..., 1, 2] > place[..., 0, 2]
-    np.testing.assert_array_equal(in_front, np.broadcast_to([False, False, True, True], in_front.shape))
-
-
 def test_grips_of_a_knit(loop):
     knit = plain_knit(loop, 3, 2)
     held, driven = knit.grips["course"]
@@ -115,26 +112,14 @@ def test_cut_cells_have_the_yarn_of_an_endless_knit(loop):
     np.testing.assert_allclose(cell.periods, [[3 * loop.wale_spacing, 0, 0], [0, 2 * loop.course_spacing, 0]])
 
 
-def test_a_fabric_comes_back_from_its_dataset(loop):
-    for fabric in (
-        plain_knit(loop, 2, 3),
-        cut_cells(loop, 2, 3),
-        endless_cell(loop, 1, 1),
-        yarn_pair(RADIUS, 60.0, 9e-3, 0.02),
-    ):
-        again = fabric_of(fabric_dataset(fabric))
-        np.testing.assert_array_equal(again.crossings.point, fabric.crossings.point)
-        assert again.specimen == fabric.specimen
-
-
 def test_rows_too_far_apart_to_cross_are_refused(loop):
-    with pytest.raises(GeometryError, match="cross 0 times"):
+    with refusal("cross 0 times"):
         plain_knit(replace(loop, course_spacing=10 * loop.course_spacing), 1, 1)
 
 
 def test_a_file_that_holds_no_fabric_is_refused(loop):
     dataset = fabric_dataset(plain_knit(loop, 1, 1))
-    with pytest.raises(DataFileError, match=r"\['curve_points'\] are missing"):
+    with refusal(r"\['curve_points'\] are missing"):
         fabric_of(dataset.drop_vars("curve_points"))
 
 
@@ -166,3 +151,176 @@ def test_models_take_any_fabric(weave, plain_scene):
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
     touching = solve_load_path(beams_in_contact.build(beams, fabric))
     assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1), "of 25 N"
+
+
+RADIUS_FILE = 0.1e-3
+
+
+def wave(shift, sign):
+    """A yarn along x that passes over and under others."""
+    x = np.linspace(0, 2e-3, 17)
+    return np.stack([x, np.full(17, shift), sign * 1.05 * RADIUS_FILE * np.cos(2 * np.pi * x / 1e-3)], axis=1)
+
+
+def weft(shift, sign):
+    return wave(shift, sign)[:, [1, 0, 2]] + [0, -0.5e-3, 0]
+
+
+YARNS = [wave(0.0, 1), wave(0.5e-3, -1), weft(0.5e-3, -1), weft(1e-3, 1)]
+
+
+def garter():
+    return LoopTarget(0.9e-3, 1.1e-3, RADIUS_FILE, 0.01, stitches=("K", "P")).drawn()
+
+
+MADE = {
+    "knit": lambda loop: plain_knit(loop, 2, 3),
+    "cut_knit": lambda loop: cut_cells(loop, 2, 1),
+    "cell": lambda loop: endless_cell(garter(), 1, 2),
+    "pair": lambda loop: yarn_pair(RADIUS_FILE, 60.0, 2e-3, 0.1),
+    "curves": lambda loop: of_curves([centreline(each) for each in YARNS], RADIUS_FILE),
+}
+
+
+@pytest.mark.parametrize("kind", MADE)
+def test_a_fabric_comes_back_whole(knit, tmp_path, kind):
+    fabric = MADE[kind](knit.loop)
+    write_dataset(fabric_dataset(fabric), tmp_path / "a.nc")
+    again = read_fabric(tmp_path / "a.nc")
+    assert len(again.centrelines) == len(fabric.centrelines)
+    for one, other in zip(again.centrelines, fabric.centrelines, strict=True):
+        s = np.linspace(0, other.length, 7)
+        assert one.position(s) == pytest.approx(other.position(s), abs=1e-9 * RADIUS_FILE)
+    for name in ("size", "copy_of", "shift", "periods", "cell", "radius", "clearance", "repeats", "angle"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(fabric, name), err_msg=name)
+    for name in vars(fabric.crossings):
+        np.testing.assert_array_equal(getattr(again.crossings, name), getattr(fabric.crossings, name))
+    assert again.grips.keys() == fabric.grips.keys()
+    for load, pair in fabric.grips.items():
+        for one, other in zip(again.grips[load], pair, strict=True):
+            np.testing.assert_array_equal(one.yarn, other.yarn)
+            np.testing.assert_array_equal(one.arc, other.arc)
+            assert (one.side is None) == (other.side is None)
+    assert (again.loop is None, again.sample is None) == (fabric.loop is None, fabric.sample is None)
+    assert fabric_dataset(again).equals(fabric_dataset(fabric))
+
+
+def table(**changes):
+    rows = [(number, *point, RADIUS_FILE) for number, points in enumerate(YARNS) for point in points]
+    return pd.DataFrame(rows, columns=list(readers.COLUMNS)).assign(**changes)
+
+
+def test_a_table_of_centrelines_is_a_fabric(tmp_path):
+    table().to_csv(tmp_path / "weave.csv", index=False)
+    fabric = read_fabric(tmp_path / "weave.csv")
+    assert len(fabric.crossings) == 4
+    assert fabric.centrelines[0].position(np.zeros(1)) == pytest.approx(YARNS[0][:1], abs=1e-12)
+    assert fabric_of(fabric_dataset(fabric)).radius == RADIUS_FILE
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "message"),
+    [
+        (table(**{"radius [m]": 0.0}), r"column radius \[m\] holds \[0\.0\]"),
+        (table()[:3], "a yarn has 3 points"),
+        (table(**{"y [m]": "2 mm"}), r"row 2, column y \[m\] holds '2 mm' but must be a number"),
+        (
+            table(**{"radius [m]": 1e-3}),
+            r"yarns overlap: .* m apart where they cross, .* radii less than a diameter",
+        ),
+        (table().drop(columns="z [m]"), r"z \[m\]"),
+    ],
+)
+def test_a_table_that_is_no_fabric_is_refused(tmp_path, spoilt, message):
+    spoilt.to_csv(tmp_path / "a.csv", index=False)
+    with refusal(message):
+        read_fabric(tmp_path / "a.csv")
+
+
+def test_a_table_in_millimetres(tmp_path):
+    names = {name: name.replace("[m]", "[mm]") for name in readers.COLUMNS}
+    lengths = {name: 1e3 for name in readers.COLUMNS[1:]}
+    (table() * ({"yarn": 1} | lengths)).rename(columns=names).to_csv(tmp_path / "a.csv", index=False)
+    assert read_fabric(tmp_path / "a.csv").radius == pytest.approx(RADIUS_FILE)
+
+
+def test_millimetres_that_are_called_metres_are_questioned(tmp_path, caplog):
+    (table() * ({"yarn": 1} | {name: 1e3 for name in readers.COLUMNS[1:]})).to_csv(
+        tmp_path / "a.csv", index=False
+    )
+    read_fabric(tmp_path / "a.csv")
+    assert "lengths in mm?" in caplog.text
+
+
+PLUGIN = """
+from knitstudy.knit.geometry.specimens import yarn_pair
+from knitstudy.knit.geometry.readers import READERS, Reader
+READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(float(path.read_text()), 90.0, 1e-2)))
+"""
+
+
+def test_a_plugin_of_one_file_adds_a_reader(tmp_path, monkeypatch):
+    (tmp_path / "pairs_of_a_test.py").write_text(PLUGIN)
+    (tmp_path / "a.pair").write_text("0.5e-3")
+    with refusal(r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc"):
+        read_fabric(tmp_path / "a.pair")
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.setattr(registry, "_imported", {})
+    registry.load_plugins(["pairs_of_a_test"])
+    assert read_fabric(tmp_path / "a.pair").radius == 0.5e-3
+    readers.READERS._entries.pop(".pair")
+    sys.modules.pop("pairs_of_a_test")
+
+
+@pytest.fixture(scope="module")
+def scene(plain_scene):
+    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "spline_yarns", "mesh.spline_degree": 2})
+
+
+@pytest.fixture(scope="module")
+def pieces(knit):
+    return cut_cells(knit.loop, *knit.cells)
+
+
+def test_cuts_are_half_way_up_the_legs(knit):
+    """Cuts of the first and of the last yarn lie as many rows apart as there are cells: strain is of the cells."""
+    legs = middles_of_legs(knit).ravel()
+    low, high = (knit.centrelines[yarn].position(legs) for yarn in (0, -1))
+    np.testing.assert_allclose(high - low, np.tile([0, knit.height, 0], (len(legs), 1)), atol=1e-15)
+    slope = knit.centrelines[0].tangent(legs)
+    assert np.all(np.abs(slope[:, 1]) > 0.6)
+    assert np.all(slope[::2, 1] > 0)
+
+
+def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, knit_of):
+    """The middle one of four cells has no tie; its driven ends leave it x, z and a turn about y."""
+    size = {"pattern.loops": 4, "pattern.rows": 1, "load.direction": "wale"}
+    wide = scene.vary({"interaction": "isotropic", **size})
+    fabric = cut_cells(knit_of(wide).loop, 4, 1)
+    for lateral, expected in (("fixed", False), ("free", [6])):
+        yarns = build(wide.replace("load.lateral", lateral), fabric).observer
+        drag = yarns.model.drag
+        assert (drag is not None and np.unique(yarns.parts.yarn[drag[::3] > 0]).tolist()) == expected
+
+
+def test_yarns_touch_beside_every_tie(scene, knit, pieces):
+    """Several arches are tied to one yarn. One that is moved into its neighbour is pressed back, but not by the tie."""
+    touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer"})
+    yarns = build(touching, pieces).observer
+    model, unity = yarns.model, yarns.parts.unity
+    last_arch = yarns.parts.nodes_of(2)
+
+    def points(height):
+        moved = np.zeros((len(unity), 3))
+        moved[last_arch, 2] = unity[last_arch] * height * knit.radius
+        state = model.advance(model.start(), moved[yarns.retained].ravel())
+        return model.contact_points(state)
+
+    pressed = max((points(height) for height in (0.2, -0.2)), key=lambda actual: actual.pressure.sum())
+    assert pressed.pressure.sum() > 0
+    touches = pressed.pressure > 0
+    place = model.contact.reference(pressed.history.point[touches])
+    discs = yarns.ties.discs
+    apart = np.linalg.norm(place[:, None] - discs.centre, axis=2).min(axis=1)
+    assert 1.5 * discs.radius < apart.min() < knit.radius
+    assert points(0.0).pressure.sum() == 0

@@ -8,14 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import study
-import sweeping
 import synthetic
-from layout import room_around
 from matplotlib.image import imread
 from matplotlib.text import Text
 from PIL import Image
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
@@ -54,87 +52,61 @@ def touching(knit):
 @pytest.fixture(scope="module")
 def results(knit, plain_scene, touching, paper, cases):
     """Function of the results that a figure takes, by argument."""
-    scenes = cases
-    mesh = mesh_fabric(knit, 4 / 3)
-    lifts = {"dns": 2e-4, "rom3d": 1e-4}
-    every = {name: each for name, each in study.histories(scenes).items() if not name.startswith("beam")}
-    varied = study.varied(plain_scene)
+    histories = study.histories(cases)
+    every = {name: each for name, each in histories.items() if not name.startswith("beam")}
+    varied, mesh, curve = study.varied(plain_scene), mesh_fabric(knit, 4 / 3), synthetic.history
+    # All rows of a knit of 2 x 2 are outer ones.
+    inputs = {name: scene for name, scene in varied.items() if "untied" not in name}
+    ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
+    garter = LoopTarget(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
     tied = {
         "geometry": synthetic.geometry(knit),
         "mesh": mesh.to_dataset(),
         "contacts": contacts_of_crossings(knit),
-        "dns": synthetic.history(scene="dns-a", digest="abcd"),
-        "reference": study.reference(scenes),
+        "dns": curve(scene="dns-a", digest="abcd"),
+        "reference": study.reference(cases),
         "paper": paper,
         "every": every,
         "every_contacts": {},
-        "scenes": sweeping.scenes() | varied | scenes | {"dns": scenes["dns-tie-course"]},
-    }
-    friction = tied | {
-        **touching,
-        "whole": synthetic.history(force=(0, 5, 10), lift=1e-4),
-        "rom3d": synthetic.history(force=(0, 6, 12)),
-        "scenes": tied["scenes"]
-        | {"dns": scenes["dns-isotropic-course"], "geometry": scenes["dns-tie-course"]},
-    }
-    of_knits = {"course": touching["contacts"], "wale": touching["contacts"]}
-    stresses = {
-        f"isotropic_{way}_dns_{name}": each
-        for way, angles in (("course", (33, 33)), ("wale", (82, 82)))
-        for name, each in (
-            ("mesh", mesh.to_dataset()),
-            ("stress", synthetic.stresses(knit, way, *angles, mesh)),
-        )
-    }
-    forces = {"tie": (0, 9, 18), "rough": (0, 8, 16), "isotropic": (0, 6, 12)}
-    motions = {"tie": 1e-4, "rough": 3e-4, "isotropic": 2e-4}
-    interactions = {name: synthetic.history(force=forces[name], lift=motions[name]) for name in forces}
-    models = {
-        f"{kind}_{model}": synthetic.history(lift=lift)
-        for kind in ("tie", "isotropic")
-        for model, lift in lifts.items()
-    }
-    # All rows of a knit of 2 x 2 are outer ones.
-    inputs = {name: scene for name, scene in varied.items() if "untied" not in name}
-    judged = {
-        "histories": {
-            name: study.in_contact(touching["dns"], scene.interaction) for name, scene in inputs.items()
+        "scenes": study.swept_scenes() | varied | cases | {"dns": cases["dns-tie-course"]},
+        "course": touching["contacts"],
+        "wale": touching["contacts"],
+        "whole": curve(force=(0, 5, 10), lift=1e-4),
+        "drawn": {},
+        "sweeps": study.swept_histories(study.swept_scenes(), {"shape": 1.0}),
+        "beams": {
+            f"beam-{kind}isotropic-course": curve(force=(0, 4, 8)) for kind in ("", "pinned-", "hertz-")
         },
-        "contacts": dict.fromkeys(inputs, touching["contacts"]),
         "claims": read_table(REFERENCE / "paper_claims.csv"),
         "readings": read_table(REFERENCE / "readings.csv"),
+        "histories": {
+            name: study.in_contact(touching["dns"], each.interaction) for name, each in inputs.items()
+        },
+        "knits": {"stitches-garter-course": fabric_dataset(endless_cell(garter, 1, 2))},
+        "cells": {
+            f"fabric-cotton-stockinette-{way}-{other}": synthetic.fabric_cell(other, way)
+            for way, other in ways
+        },
     }
-    beams = {
-        f"beam-{kind}isotropic-course": synthetic.history(force=(0, 4, 8))
-        for kind in ("", "pinned-", "hertz-")
-    }
-    own = {
-        "fig15_force_strain": tied
-        | {model: every[f"{model}-tie-course"] for model in ("dns", "rom3d", "rom2d")},
-        "fig03_interactions": friction | of_knits,
-        "fig06_joints": tied | {"rom3d": synthetic.history_of(knit)},
-        "fig09_interactions": interactions,
-        "fig11_sweeps": tied | {"drawn": {}, "sweeps": sweeping.histories(sweeping.scenes(), {"shape": 1.0})},
-        "fig12_size_and_beams": friction | {"dns": synthetic.history(), "beams": beams},
-        "fig16_out_of_plane": tied
-        | models
-        | {"scenes": {f"{kind}_dns": scenes[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}},
-        "fig_readings": tied | judged,
-    }
-    garter = LoopTarget(0.9e-3, 1.1e-3, 1e-4, 0.01, stitches=("K", "P")).drawn()
-    ways = [(way, other) for way in ("course", "wale") for other in ("free", "held")] + [("shear", "free")]
-    cells = {
-        f"fabric-cotton-stockinette-{way}-{other}": synthetic.fabric_cell(other, way) for way, other in ways
-    }
-    own["fig_fabrics"] = {"cells": cells}
-    own["fig_stitches"] = {"knits": {"stitches-garter-course": fabric_dataset(endless_cell(garter, 1, 2))}}
-    own |= {"fig16_wale": own["fig16_out_of_plane"], "fig15_variants": own["fig15_force_strain"]}
-    in_contact = ("fig07_contact", "fig08_out_of_plane", "fig10_kinematics")
-
-    def find(name):
-        return stresses | own.get(name, friction if name in in_contact else tied)
-
-    return find
+    for kind, force, lift in (("tie", 18, 1e-4), ("rough", 16, 3e-4), ("isotropic", 12, 2e-4)):
+        tied[kind] = curve(force=(0, force / 2, force), lift=lift)
+        tied |= {f"{kind}_dns": curve(lift=2e-4), f"{kind}_rom3d": curve(lift=1e-4)}
+    for way, angles in (("course", (33, 33)), ("wale", (82, 82))):
+        tied[f"isotropic_{way}_dns_mesh"] = mesh.to_dataset()
+        tied[f"isotropic_{way}_dns_stress"] = synthetic.stresses(knit, way, *angles, mesh)
+    main = {"dns": cases["dns-isotropic-course"], "geometry": cases["dns-tie-course"]}
+    friction = tied | touching | {"rom3d": curve(force=(0, 6, 12)), "scenes": tied["scenes"] | main}
+    models = tied | {model: every[f"{model}-tie-course"] for model in ("dns", "rom3d", "rom2d")}
+    solids = {f"{kind}_dns": cases[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}
+    own = dict.fromkeys(
+        ("fig03_interactions", "fig07_contact", "fig08_out_of_plane", "fig10_kinematics"), friction
+    )
+    own |= dict.fromkeys(("fig15_force_strain", "fig15_variants"), models)
+    own |= dict.fromkeys(("fig16_out_of_plane", "fig16_wale"), tied | {"scenes": solids})
+    own["fig06_joints"] = tied | {"rom3d": synthetic.history_of(knit)}
+    own["fig12_size_and_beams"] = friction | {"dns": curve()}
+    own["fig_readings"] = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"])}
+    return lambda name: own.get(name, tied)
 
 
 @pytest.fixture
@@ -191,7 +163,7 @@ def test_every_figure_is_written_with_units_and_its_origin(drawn, results, name,
         if text.get_text().strip() and text.get_fontsize() < 8
     }
     assert not small, "labels of eight points at least"
-    assert min(room_around(figure)) > -ROUNDING, "nothing is cut off"
+    assert min(study.room_around(figure)) > -ROUNDING, "nothing is cut off"
     for axes in filter(attrgetter("axison"), figure.axes):
         curves = [line for line in axes.lines if len(line.get_xdata()) > 2 and line.get_linestyle() != "None"]
         assert len(curves) <= 5, "no more can be told apart"
@@ -232,7 +204,7 @@ def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
     ends = [axes.get_lines()[1].get_ydata()[-1] for axes in panels]
     turned, spun = np.degrees(0.1), np.degrees(0.2)
     np.testing.assert_allclose(ends, [turned, turned, 1.0, 1.0, 100.0, 90.0, spun, spun])
-    with pytest.raises(DataFileError, match=r"section_rotation is missing.*run the direct simulation anew"):
+    with refusal(r"section_rotation is missing.*run the direct simulation anew"):
         drawn("fig10_kinematics", contacts=touching["contacts"].drop_vars("section_rotation"))
 
 

@@ -2,31 +2,13 @@
 
 import subprocess
 import sys
-from dataclasses import replace
 
 import pytest
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.models.hexahedra import build as hexahedra
-from knitstudy.knit.models.rom3d import build as rom3d
-from knitstudy.knit.scene.kinds import MODELS
-from knitstudy.knit.simulate import build
-
-
-def test_a_model_gets_the_data_that_are_given(plain_scene, knit, contacts, monkeypatch):
-    given = {}
-
-    def own(scene, fabric, **data):
-        given.update(data)
-        return rom3d.build(scene, fabric, **data)
-
-    monkeypatch.setitem(MODELS._entries, "rom3d", replace(MODELS.find("rom3d"), build=own))
-    problem = build(plain_scene.replace("mesh.beam_size", 1.2), knit, contacts=contacts, springs=None)
-    assert list(given) == ["contacts"]
-    assert problem.scene.fidelity == "rom3d"
-
 
 PLUGIN = """
 from dataclasses import replace
@@ -94,5 +76,5 @@ def test_a_plugin_of_one_file_adds_a_model_with_keys_of_its_own(tmp_path):
 
 def test_hexahedra_refuse_endless_yarns(plain_scene, knit):
     cells = endless_cell(knit.loop, *knit.cells)
-    with pytest.raises(ConfigurationError, match="which hexahedra cannot model; use spline_yarns"):
+    with refusal("which hexahedra cannot model; use spline_yarns"):
         hexahedra.build(plain_scene.replace("fidelity", "hexahedra"), cells, None)

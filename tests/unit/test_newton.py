@@ -7,9 +7,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.mechanics import continuation
+from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import (
     TRIALS,
     PrescribedDisplacement,
@@ -75,7 +75,7 @@ PULL = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.0]))
     ],
 )
 def test_wrong_prescribed_unknowns_are_refused(fixed, value, message):
-    with pytest.raises(ConfigurationError, match=message):
+    with refusal(message):
         list(trace(cubic(), PrescribedDisplacement(np.array(fixed), np.array(value)), Settings(), LU()))
 
 
@@ -133,7 +133,7 @@ def test_halves_increments_that_fail_and_grows_again():
 def test_says_where_a_path_ends_and_keeps_converged_increments():
     chain = Chain(4, lambda e: np.where(e > 0.55, np.nan, e), np.ones_like)
     path, seen = trace(chain, PULL, Settings(increments=4), LU()), []
-    with pytest.raises(ConvergenceError, match=r"does not converge beyond load factor 0\.5[45]"):
+    with refusal(r"does not converge beyond load factor 0\.5[45]"):
         seen.extend(path)
     assert 0.54 < seen[-1].load <= 0.55
 
@@ -170,21 +170,6 @@ def test_no_correction_is_longer_than_a_stride():
     assert max(corrections(longest / 10)) == pytest.approx(longest / 10)
 
 
-def test_strides_count_the_motion_of_neighbours_where_a_model_knows_it():
-    class Neighbours(Chain):
-        """A chain that as a whole may move by ten times as much as its neighbours against each other."""
-
-        def motion_of_neighbours(self, state, step):
-            return 0.1 * np.abs(step).max()
-
-    ends = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 3.0]))
-    law = lambda e: np.array([1.0, 8.0]) * e**3, lambda e: np.array([3.0, 24.0]) * e**2 + 1e-3
-    settings = Settings(increments=1, stride=0.01)
-    few, many = ([*trace(of(3, *law), ends, settings, LU())][-1] for of in (Neighbours, Chain))
-    np.testing.assert_allclose(few.state.x, many.state.x, atol=1e-5)
-    assert few.newton_iterations < many.newton_iterations / 3
-
-
 def test_a_guess_that_the_first_correction_makes_worse_gives_way_to_that_of_the_tangent():
     """Springs that stiffen, pulled evenly: the tangent knows the answer, the rate of the increment before does not."""
     chain = Chain(4, lambda e: e + 30 * np.maximum(e - 1, 0) ** 2, lambda e: 1 + 60 * np.maximum(e - 1, 0))
@@ -213,33 +198,6 @@ def test_a_guide_begins_increments_where_another_model_ends_them():
         np.testing.assert_allclose(half[load].state.x, each.state.x, atol=1e-6)
 
 
-@pytest.mark.parametrize("hold", [1e-2, 1.0])
-def test_springs_hold_the_first_guess_of_a_guide_and_none_is_left(hold, monkeypatch):
-    """The first iteration stays nearer to the guess; the state in the end is balanced without springs."""
-    monkeypatch.setattr(continuation, "CLOSED", 1e-3)
-    guess = np.array([0.0, 0.5, 1.5, 3.0])
-    law = lambda e: np.array([1.0, 4.0, 16.0]) * e, lambda e: np.array([1.0, 4.0, 16.0])
-    chain, seen = Chain(4, *law), []
-
-    class Watched(LU):
-        def solve(self, rhs, tolerance):
-            solution = super().solve(rhs, tolerance)
-            seen.append(np.abs(solution.x).max())
-            return solution
-
-    def end(hold):
-        seen.clear()
-        settings = Settings(increments=1, hold=hold)
-        *_, last = trace(chain, PULL, settings, Watched(), guide=lambda load, target: guess.copy())
-        return last, seen[0]
-
-    (loose, far), (held, near) = end(0.0), end(hold)
-    assert near < far / (1 + 0.1 * hold)
-    assert held.newton_iterations > loose.newton_iterations
-    for each in (loose, held):
-        np.testing.assert_allclose(each.state.x, np.array([0, 16, 20, 21]) / 7, atol=1e-9)
-
-
 def test_a_guide_that_leads_astray_costs_one_attempt():
     """Springs that tear: beyond a stretch of two they have no tangent, and a path that begins there fails."""
     chain = Chain(4, lambda e: np.where(e < 2, e, np.nan), lambda e: np.where(e < 2, 1.0, np.nan))
@@ -248,24 +206,6 @@ def test_a_guide_that_leads_astray_costs_one_attempt():
     for model in (chain, far):
         *_, end = trace(model, PULL, Settings(increments=2), LU(), guide=lambda load, target: astray.copy())
         np.testing.assert_allclose(end.state.x, [0, 1, 2, 3], atol=1e-5)
-
-
-def test_a_guide_leads_by_itself_where_the_rate_of_the_model_leads_astray():
-    """Uneven springs that tear; the guide is wrong in the second increment, and so is the rate beside its own."""
-    uneven = np.array([1.0, 4.0, 16.0])
-    law = (
-        lambda e: np.where(e < 2, uneven * e + e**3, np.nan),
-        lambda e: np.where(e < 2, uneven + 3 * e**2, np.nan),
-    )
-    chain, settings = Chain(4, *law), Settings(increments=4)
-    alone = {each.load: each for each in trace(chain, PULL, settings, LU())}
-    wrong = np.array([0.0, 60.0, -60.0, 0.0])
-
-    def guide(load, target):
-        return alone[target].state.x - alone[load].state.x + (wrong if load == 0.25 else 0.0)
-
-    led = list(trace(chain, PULL, settings, LU(), guide=guide))
-    assert [each.newton_iterations > 1 for each in led[1:]] == [False, True, False, False]
 
 
 class Loose(Chain):
@@ -288,7 +228,7 @@ def test_corrections_of_a_state_that_is_balanced_well_do_not_count():
     *_, last = trace(Loose(1e-9), pull, Settings(increments=1, predictor=0), LU())
     assert last.newton_iterations == 1
     assert last.correction > 1
-    with pytest.raises(ConvergenceError, match=r"residual is .*e-08 \(allowed 1\.0e-06\) and the correction"):
+    with refusal(r"residual is .*e-08 \(allowed 1\.0e-06\) and the correction"):
         list(trace(Loose(3e-8), pull, Settings(increments=1, predictor=0, vain=1000, cutbacks=0), LU()))
 
 
@@ -297,83 +237,6 @@ def test_a_free_mechanism_is_an_error():
     loose = PrescribedDisplacement(np.array([], dtype=int), np.array([]))
     with pytest.raises(ConvergenceError):
         list(trace(chain, loose, Settings(increments=1, cutbacks=1), LU()))
-
-
-@dataclass(frozen=True)
-class Pressed:
-    x: np.ndarray
-    multiplier: float = 0.0
-
-
-class Wall(Chain):
-    """A spring pulled against a stop by a penalty, whose multiplier is updated until it is penetrated by 0.01."""
-
-    penalty, allowed = 20.0, 0.01
-
-    def __init__(self):
-        super().__init__(3, lambda e: e, np.ones_like)
-
-    def start(self):
-        return Pressed(np.zeros(3))
-
-    def begin(self, state, load, change):
-        return replace(state, multiplier=0.0)
-
-    def advance(self, state, step):
-        return replace(state, x=state.x + step)
-
-    def pressure(self, state):
-        return max(0.0, state.multiplier + self.penalty * state.x[1])
-
-    def respond(self, state, stiffness):
-        answer = super().respond(state, stiffness)
-        pressure = self.pressure(state)
-        force = answer.force + np.array([0, pressure, 0])
-        if stiffness and pressure > 0:
-            answer.stiffness[1, 1] += self.penalty
-        return replace(answer, force=force, status=np.array([[0, 0, pressure > 0]]))
-
-    def settle(self, state):
-        return None if state.x[1] <= self.allowed else replace(state, multiplier=self.pressure(state))
-
-
-def test_updates_of_multipliers_are_foreseen():
-    """Every increment ends where updates from zero end, and starts nearer to where multipliers are zero."""
-    drive, settings = PrescribedDisplacement(np.array([0, 2]), np.array([0.0, 1.0])), Settings(increments=3)
-    _, first, second, third = trace(Wall(), drive, settings, LU())
-    for increment in (first, second, third):
-        x, multiplier = 0.0, 0.0
-        while True:
-            # Two springs and the penalty in balance.
-            x = (increment.load - multiplier) / (2 + Wall.penalty)
-            if x <= Wall.allowed:
-                break
-            multiplier += Wall.penalty * x
-        np.testing.assert_allclose(increment.state.x[1], x, atol=1e-9)
-    assert len(first.updates) == len(third.updates) == 1
-    (without,) = trace(Wall(), drive, settings, LU(), resume=replace(second, updates=()))
-    np.testing.assert_allclose(without.state.x, third.state.x, atol=1e-9)
-    assert third.residuals[0] < 0.6 * without.residuals[0]
-
-
-class Pushed(Chain):
-    """Springs whose inner nodes are pushed: nothing is in balance where the path starts."""
-
-    def __init__(self, pulled):
-        super().__init__(4, lambda e: e, np.ones_like)
-        self.pulled = pulled
-
-    def respond(self, state, stiffness):
-        answer = super().respond(state, stiffness)
-        return replace(answer, force=answer.force - np.array([0, 1.0, -0.5, 0]), pulled=self.pulled)
-
-
-@pytest.mark.parametrize(("pulled", "first"), [(False, 1.0), (True, 0.0)])
-def test_the_first_guess_balances_forces_of_the_model_that_asks_for_it(pulled, first):
-    """Other models start where the tangent takes them, and leave the residual to the iterations."""
-    *_, last = trace(Pushed(pulled), PULL, Settings(increments=1, exact=True), LU())
-    np.testing.assert_allclose(last.state.x, [0, 1.5, 2, 3], atol=1e-9)
-    np.testing.assert_allclose(last.residuals[0], first, atol=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2, 3, 4])

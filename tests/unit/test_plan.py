@@ -1,16 +1,23 @@
-"""Results of scenes, their inputs, and which results a change of a key or a number concerns."""
+"""Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
+import netCDF4
 import pytest
 import xarray as xr
+import yaml
+from refusals import REFUSED, refusal
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
+from knitstudy import registry
+from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
+from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.cost import expected_memory, expected_seconds, unknowns
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES, code_digest
 from knitstudy.run.store import Store, simulate
 
 
@@ -49,18 +56,10 @@ def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
     assert direct.name == f"dns-a-{direct.hash[:8]}"
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [
-        ({"rom.contacts_from": "dns-b"}, r"unknown scene of solid yarns 'dns-b' \(did you mean 'dns-a'\?\)"),
-        ({"rom.contacts_from": "rom3d-a"}, r"unknown scene of solid yarns 'rom3d-a'"),
-        ({"interaction": "rough"}, r"interaction is 'rough' but must be 'tie'"),
-        ({"load.direction": "wale"}, r"load\.direction is 'wale' but must be 'course'"),
-    ],
-)
+@pytest.mark.parametrize(("changes", "message"), REFUSED["sources"])
 def test_sources_that_do_not_fit(plan, changes, message):
     scene = plan.scenes["rom3d-a"].vary(changes)
-    with pytest.raises(ConfigurationError, match=message):
+    with refusal(message):
         plan.step("simulation", scene)
 
 
@@ -104,9 +103,7 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
 
     failing = replace(step, stage=replace(step.stage, function=end, reports=False, restarts=False))
     for _ in range(2):  # the second time from its file
-        with pytest.raises(
-            EndedEarly, match=r"^ended at strain 2\.00%: no balance\. The curve up to there is in"
-        ):
+        with refusal(r"^ended at strain 2\.00%: no balance\. The curve up to there is in"):
             store.make(failing, {})
     assert len(calls) == 1
     assert read_dataset(path).equals(whole)
@@ -151,9 +148,8 @@ def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
 
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):
     monkeypatch.setattr("psutil.virtual_memory", lambda: SimpleNamespace(total=0.3e9, available=0.3e9))
-    with pytest.raises(
-        ConfigurationError,
-        match=r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3",
+    with refusal(
+        r"coarse': pattern.loops is 3, .*mesh.size is .*'simulation' would take some 0\.\d+ GB.*has 0.3"
     ):
         simulate(load_scene("dns-tie-course-coarse"))
 
@@ -168,3 +164,147 @@ def test_springs_are_measured_of_the_yarn_and_strain_that_a_network_has():
     given = {"rom.stiffness": [1.0, 1.0, 1.0]} | changes  # nothing is measured
     source = Plan.of().named(load_scene("rom3d-isotropic-course").vary(given), "rom.contacts_from")
     assert source.name == "yarns-isotropic-course"
+
+
+@pytest.fixture
+def sprung(config):
+    """Folder with a wale tension and a reduced model with springs as well."""
+    scenes = {
+        "dns-course": {},
+        "dns-wale": {"load.direction": "wale"},
+        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
+        "rom3d-carried": {
+            "fidelity": "rom3d",
+            "rom.contacts_from": "dns-course",
+            "rom.springs_from": "dns-wale",
+        },
+        "beam": {"fidelity": "beam"},
+    }
+    family = {
+        "studies": [],
+        "keys": {"knit": "plain", "interaction": "isotropic"},
+        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
+    }
+    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
+    return config
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """Let every stage return its inputs, and list the stages that ran."""
+    made = []
+
+    def recorded(stage):
+        def function(scene, run=None, **needed):
+            made.append((stage.name, scene.knit if stage.name == "geometry" else scene.name))
+            origins = {name: dataset.attrs["of"] for name, dataset in needed.items()}
+            return xr.Dataset({"number": len(made)}, attrs={"of": f"{scene.name} of {stage.name}"} | origins)
+
+        return function
+
+    for name, stage in STAGES.items():
+        monkeypatch.setitem(STAGES, name, replace(stage, function=recorded(stage)))
+    return made
+
+
+def test_springs_come_from_their_own_simulation(sprung, made):
+    actual = simulate(load_scene("rom3d-carried", sprung), config=sprung)
+    assert actual.history.attrs["contacts"] == "dns-course of contacts"
+    assert actual.history.attrs["springs"] == "dns-wale of contacts"
+    assert actual.contacts.attrs["of"] == "dns-course of contacts"
+    assert made.count(("geometry", "plain")) == 1
+
+
+def test_changed_knit_reaches_the_sources_and_nothing_else_does(sprung, made):
+    changes = {"pattern.loops": 4, "solver.increments": 3}
+    simulate(load_scene("rom3d-carried", sprung).vary(changes), config=sprung)
+    direct = [scene for name, scene in made if name == "simulation"]
+    assert len(direct) == 3
+    for base in ("dns-course", "dns-wale"):
+        source = load_scene(base, sprung).vary({"pattern.loops": 4})
+        assert f"{base}-{source.hash[:8]}" in direct
+
+
+def test_failure_leaves_earlier_results(sprung, made, tmp_path, monkeypatch):
+    scene = load_scene("rom3d-own", sprung)
+    path = simulate(scene, tmp_path, config=sprung).path
+    before = path.read_bytes()
+
+    def fail(scene, run, **needed):
+        raise DataFileError("no")
+
+    monkeypatch.setitem(STAGES, "simulation", replace(STAGES["simulation"], function=fail))
+    with pytest.raises(DataFileError):
+        simulate(scene, tmp_path, config=sprung, anew=True)
+    assert path.read_bytes() == before
+
+
+def test_interrupted_run_goes_on_where_its_geometry_is_made_again(sprung, made, tmp_path, monkeypatch):
+    scene, begun = load_scene("beam", sprung), []
+
+    def interrupt(scene, run, **needed):
+        begun.append(run.restart.exists())
+        run.restart.parent.mkdir(exist_ok=True)
+        run.restart.touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(STAGES, "simulation", replace(STAGES["simulation"], function=interrupt))
+    for _ in range(2):
+        with pytest.raises(KeyboardInterrupt):
+            simulate(scene, tmp_path, config=sprung)
+        (tmp_path / "geometry" / "plain.nc").unlink()
+    assert begun == [False, True]
+
+
+def test_edited_file_is_replaced(sprung, made, tmp_path, caplog):
+    scene = load_scene("rom3d-own", sprung)
+    path = simulate(scene, tmp_path, config=sprung).path
+    with netCDF4.Dataset(path, "a") as file:
+        file["number"][...] = 77
+    assert int(simulate(scene, tmp_path, config=sprung).history["number"]) != 77
+    assert "was changed after it was written" in caplog.text
+    assert made.count(("simulation", "rom3d-own")) == 2
+
+
+def test_history_that_ends_early_is_not_written(sprung, made, tmp_path, monkeypatch):
+    half = xr.Dataset({"load": ("increment", [0.0, 0.5])})
+    instead = replace(STAGES["simulation"], function=lambda scene, **needed: half)
+    monkeypatch.setitem(STAGES, "simulation", instead)
+    with refusal(r"simulation of beam ends at 0\.5 of the load"):
+        simulate(load_scene("beam", sprung), tmp_path, config=sprung)
+    assert not (tmp_path / "simulation").exists()
+
+
+@pytest.fixture
+def package(tmp_path, monkeypatch):
+    """A package of two rooms in the place of this one."""
+    for room, text in (("mesh", "SIZE = 1\n"), ("mechanics", "LAW = 1\n")):
+        (tmp_path / room).mkdir()
+        (tmp_path / room / "a.py").write_text(text)
+    monkeypatch.setattr(code, "PACKAGE", tmp_path)
+    code._digest.cache_clear()
+    yield tmp_path
+    code._digest.cache_clear()
+
+
+def test_files_of_a_room_count_and_no_others(package):
+    before = code_digest("mesh"), code_digest("mesh", "mechanics")
+    (package / "mechanics" / "a.py").write_text("LAW = 1  # a comment\n")
+    code._digest.cache_clear()
+    assert code_digest("mesh") == before[0]
+    assert code_digest("mesh", "mechanics") != before[1]
+
+
+@pytest.mark.parametrize("path", ["law_of_a_test.py", "law_of_a_test/__init__.py"])
+def test_files_of_a_plugin_count(package, tmp_path, monkeypatch, path):
+    before, folder = code_digest("mesh"), tmp_path / "elsewhere"
+    (folder / path).parent.mkdir(parents=True)
+    (folder / path).write_text("STIFFNESS = 1\n")
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(registry, "_imported", {})
+    registry.load_plugins(["law_of_a_test"])
+    first = code_digest("mesh")
+    (folder / path).write_text("STIFFNESS = 2\n")
+    code._digest.cache_clear()
+    assert len({before, first, code_digest("mesh")}) == 3
+    sys.modules.pop("law_of_a_test")

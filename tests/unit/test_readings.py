@@ -7,8 +7,8 @@ import pandas as pd
 import pytest
 import study
 import synthetic
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.files import read_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
@@ -91,7 +91,7 @@ def test_readings_and_scenes_of_the_study_agree():
     for each in readings:
         own = [name for name in judging[each.name] if each.becomes and name.startswith(each.becomes)]
         assert own or not each.changes or each.name == "surface", each.name
-    with pytest.raises(DataFileError, match="no column 'held'"):
+    with refusal("no column 'held'"):
         readings_of(table().drop(columns="held"))
 
 

@@ -2,8 +2,7 @@
 
 import pytest
 import study
-import sweeping
-from sweeping import LIFT, SURE, histories
+from study import DRAWN_LIFT, SURE, swept_histories
 
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.claims.verdicts import RULES
@@ -12,22 +11,22 @@ from knitstudy.paper.sweeps import SPACING, sweeps_of
 
 @pytest.fixture(scope="module")
 def scenes():
-    return sweeping.scenes()
+    return study.swept_scenes()
 
 
 @pytest.fixture(scope="module")
 def reference(scenes):
-    return sweeping.reference(scenes)
+    return study.swept_reference(scenes)
 
 
 def judged(claim, paper, scenes, reference, slopes, left_out=(), held="shape"):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
-    evidence = Evidence(None, paper, reference, kept, histories(kept, slopes), held=held)
+    evidence = Evidence(None, paper, reference, kept, swept_histories(kept, slopes), held=held)
     return RULES[claim](evidence)
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):
-    actual = sweeps_of(SPACING, histories(scenes, {"shape": 1.0}), scenes, reference)
+    actual = sweeps_of(SPACING, swept_histories(scenes, {"shape": 1.0}), scenes, reference)
     main = {(each.keep, each.interaction): each for each in actual if each.main}
     assert len(main) == 6
     ratios = [point.value for point in main["wale_spacing", "isotropic"].points]
@@ -43,7 +42,7 @@ def test_series_are_of_one_reading_interaction_and_discretisation(scenes, refere
 
 
 def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
-    actual = histories(scenes, {"shape": 1.0})
+    actual = swept_histories(scenes, {"shape": 1.0})
 
     def error():
         (series,) = (
@@ -55,7 +54,7 @@ def test_error_of_a_series_is_the_largest_that_is_known(scenes, reference):
 
     assert error() == pytest.approx(SURE)  # the drawn loop meets the reference
     finer = "sweep-shape-c075-isotropic-course-p3"
-    actual[finer] = study.history(lift=1.1 * 0.75 * LIFT, scene=finer)
+    actual[finer] = study.history(lift=1.1 * 0.75 * DRAWN_LIFT, scene=finer)
     assert error() == pytest.approx(0.1)
 
 

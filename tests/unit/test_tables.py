@@ -5,17 +5,25 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import study
 import synthetic
 import xarray as xr
+from refusals import refusal
 
-from knitstudy.errors import DataFileError
 from knitstudy.knit.contacts.contacts import extract
-from knitstudy.knit.mesh.mesher import mesh_fabric
-from knitstudy.measures.centre_cell import first_symmetric_contact
+from knitstudy.knit.geometry.specimens import cut_cells
+from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
 from knitstudy.measures.cost import SERIES
-from knitstudy.measures.response import distance_of_curves, out_of_plane_correlation, transverse_contraction
+from knitstudy.measures.response import (
+    distance_of_curves,
+    out_of_plane_correlation,
+    tangent_stiffness,
+    transverse_contraction,
+)
 from knitstudy.paper.paper_values import number, numbers
 from knitstudy.paper.report.files import READERS
+from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
+from knitstudy.paper.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
@@ -36,9 +44,9 @@ def contacts(rows=2, columns=2):
 
 def test_numbers_of_the_paper_are_read_and_missing_ones_are_named(paper):
     assert numbers(paper, "4", "rom2d", "segment 2 and 3 angles to x y z").tolist() == [66, 24, 90]
-    with pytest.raises(DataFileError, match="case 'dns', quantity 'time' is there 0 times"):
+    with refusal("case 'dns', quantity 'time' is there 0 times"):
         number(paper, "5", "dns", "time")
-    with pytest.raises(DataFileError, match="'memory' is 'much'; it must be numbers"):
+    with refusal("'memory' is 'much'; it must be numbers"):
         number(paper.assign(value="much"), "5", "rom2d 3x3", "memory")
 
 
@@ -65,14 +73,6 @@ def test_transverse_contraction_by_hand():
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.2)
     motion[:, :, 1] -= 1e-3 * (history["yarn"] == 1)
     assert transverse_contraction(history.assign(centreline_displacement=motion)) == pytest.approx(0.25)
-
-
-def test_first_symmetric_contact():
-    """Left lower alone, then both lower ones: symmetric at increment 2."""
-    zones = np.array([[0, 0, 0, 0], [1, 0, 0, 0], [1, 2, 0, 0], [1, 0, 0, 0]])
-    touching = contacts(1, 1).assign(zones=(("increment", "crossing"), zones))
-    assert first_symmetric_contact(touching) == 2
-    assert first_symmetric_contact(touching.isel(increment=slice(0, 2))) is None
 
 
 def test_names_of_scenes_are_those_of_the_configuration():
@@ -155,3 +155,151 @@ def test_the_shape_out_of_the_plane_correlates_whatever_the_stations():
     )
     assert out_of_plane_correlation(synthetic.history(lift=-1e-4), bulge) == pytest.approx(-1, abs=1e-4)
     assert np.isnan(out_of_plane_correlation(synthetic.history(), bulge))
+
+
+@pytest.fixture(scope="module")
+def every(cases):
+    return study.histories(cases)
+
+
+@pytest.fixture(scope="module")
+def reference(cases):
+    return study.reference(cases)
+
+
+def test_distances_of_all_models_from_the_reference(every, cases, reference):
+    sources = {"models": every, "scenes": cases, "reference": reference}
+    table = TABLES.make("rom_distance", **sources).set_index("model")
+    assert table.index.is_unique
+    assert len(table) == 4 * 7
+    of = table.loc["3D ROM, printed joints; tie constraint, wale"]
+    assert of["scene"] == "rom3d-printed-tie-wale"
+    assert of["discretisation"] == "beams"
+    assert of["L2 distance of force to the reference [1]"] == pytest.approx(0.5)
+    assert of["force over the reference's [1]"] == pytest.approx(1.5)
+    assert of["correlation of u_z with DNS [1]"] == pytest.approx(1)
+    assert of["amplitude of u_z over the reference's [1]"] == pytest.approx(0.5)
+    # 1.5 times the reference's value is 1.5 / 0.98 times the least that this may be.
+    assert of["uncertainty of that ratio [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
+    assert of["uncertainty of that distance [1]"] == pytest.approx(1.5 / 0.98 - 1.5)
+    other_mesh = table.loc["DNS, one-point hexahedra of 0.45 mm; isotropic friction, course"]
+    assert other_mesh["L2 distance of force to the reference [1]"] == pytest.approx(0.02)
+    assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
+
+
+def test_responses_by_hand(every, cases):
+    """10 N at 5 % on 3 loops and rows: widths are 3 w and 3 c."""
+    table = TABLES.make("responses", every=every, scenes=cases).set_index("scene")
+    assert list(table.index) == list(every)
+    pattern = cases["dns-isotropic-course"].pattern
+    height, width = 3 * pattern.course_spacing, 3 * pattern.wale_spacing
+    for way, along, across in (("course", width, height), ("wale", height, width)):
+        of = table.loc[f"dns-isotropic-{way}"]
+        assert of["width across the load [m]"] == pytest.approx(across)
+        assert of["force at 1% strain [N]"] == pytest.approx(2)
+        assert of["force per width [N/m]"] == pytest.approx(10 / across)
+        # The synthetic specimen is 10 mm long: its displacement is 0.5 mm.
+        assert of["secant stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
+        assert of["tangent stiffness, force per width [N/m]"] == pytest.approx(10 / 0.5e-3 * along / across)
+        assert of["internal energy per area [J/m2]"] == pytest.approx(4e-3 / (width * height))
+        assert of["dissipated energy per area [J/m2]"] == pytest.approx(1e-3 / (width * height))
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_tangent_of_a_power(power):
+    """F = (strain / 1 %)^p at 5 % of 10 mm: p 5^(p-1) N a percent, that is a tenth of a millimetre."""
+    strain = np.linspace(0, 0.05, 6)
+    history = study.history(strain=strain, force=(100 * strain) ** power)
+    assert tangent_stiffness(history) == pytest.approx(power * 5 ** (power - 1) / 1e-4)
+    one_increment = study.history(strain=(0, 0.05), force=(0, 10))
+    assert tangent_stiffness(one_increment) == pytest.approx(10 / 0.5e-3)
+
+
+STIFFNESS = np.array([80e3, 60e3, 900e3])
+
+
+@pytest.fixture
+def scenes(plain_scene):
+    course = plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic", "name": "course"})
+    return {"course": course, "wale": course.replace("name", "wale").replace("load.direction", "wale")}
+
+
+@pytest.fixture
+def touching(contacts):
+    return synthetic.contacts_with_springs(contacts, STIFFNESS)
+
+
+def rows_of(table, axes="global", **values):
+    for column, value in values.items():
+        table = table[table[column] == value]
+    return table[table["axes"] == axes].set_index("axis")
+
+
+def test_one_row_a_scene_measure_and_axis(touching, scenes, paper):
+    both = touching.assign(centreline_relative_displacement=2 * touching["relative_displacement"])
+    table = tabulate({"course": touching, "wale": both}, paper, scenes)
+    assert len(table) == (1 + 2) * len(READINGS) * 3
+    rows = rows_of(table, scene="wale", displacement="centreline")
+    for average in (AVERAGED, "mean of F / d [N/m]"):
+        np.testing.assert_allclose(rows.loc[list("xyz"), average], STIFFNESS / 2)
+    spread = rows_of(table, scene="course")["standard deviation of F / d [N/m]"]
+    np.testing.assert_allclose(spread.loc[list("xyz")], 0, atol=1e-6)
+
+
+def test_numbers_of_the_paper_stand_beside_averages_along_its_axes(touching, scenes, paper):
+    table = tabulate({"course": touching, "wale": touching}, paper, scenes)
+    for load, printed in study.SPRINGS.items():
+        rows = rows_of(table, load=load)
+        np.testing.assert_array_equal(rows.loc[list("xyz"), "paper [N/m]"], printed)
+        np.testing.assert_allclose(
+            rows.loc[list("xyz"), "averaged, over the paper's [1]"], STIFFNESS / printed
+        )
+    rough = {"course": scenes["course"].replace("interaction", "rough")}
+    assert tabulate({"course": touching}, paper, rough)["paper [N/m]"].isna().all()
+
+
+def test_spread_and_counts(touching, scenes, paper):
+    force = touching["force"].to_numpy().copy()
+    force[-1, 12] *= [3.0, -1.0, 1.0]
+    displacement = touching["relative_displacement"].to_numpy().copy()
+    displacement[:, 13, 2] = 0.0
+    changed = touching.assign(
+        force=(touching["force"].dims, force),
+        relative_displacement=(touching["relative_displacement"].dims, displacement),
+    )
+    table = tabulate({"course": changed}, paper, scenes)
+    table = table[table["axes"] == "global"].set_index("axis")
+    assert table.loc["x", "largest F / d [N/m]"] == pytest.approx(3 * STIFFNESS[0])
+    assert table.loc["y", "smallest F / d [N/m]"] == pytest.approx(-STIFFNESS[1])
+    assert table.loc["x", "mean of F / d [N/m]"] == pytest.approx(14 / 12 * STIFFNESS[0])
+    counts = table[["crossings [1]", "negative [1]", "undefined [1]", "open [1]"]]
+    np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
+
+
+def test_both_systems_of_axes_stand_beside_the_paper_at_a_glance(touching, scenes, paper):
+    table = tabulate_averages({"course": touching}, paper, scenes).set_index("axes")
+    assert list(table.index) == ["global", "local"]
+    row = table.loc["global"]
+    np.testing.assert_allclose(row[["kx [N/m]", "ky [N/m]", "kz [N/m]"]].astype(float), STIFFNESS)
+    assert row["kz / kx [1]"] == pytest.approx(900 / 80)
+    assert row["kz / kx, paper [1]"] == pytest.approx(952.1 / 84.5)
+
+
+def test_ties_are_refused(touching, scenes, paper):
+    tied = touching.assign(tied=("crossing", np.ones(touching.sizes["crossing"], dtype=np.int8)))
+    with refusal("'course' are all tied"):
+        tabulate({"course": tied}, paper, scenes)
+
+
+def test_counts_of_a_cell_are_those_of_larger_knits(plain_scene, knit_of):
+    """Of the meshes of 3 x 3 and 6 x 6 cells."""
+    loop = knit_of(plain_scene).loop
+    cell = cut_cells(loop, 1, 1)
+    slices = law_of(lambda fabric: slices_of(fabric, 0.5, 1.2), cell)
+    assert slices(3) == mesh_fabric(cut_cells(loop, 3, 3), 0.5, 1.2, load="course").slices
+    assert slices(6) == slices_of(cut_cells(loop, 6, 6), 0.5, 1.2)
+    spatial, planar = law_of(lambda fabric: nodes_3d(fabric, 5 / 9), cell), law_of(nodes_2d, cell)
+    for n in (3, 6):
+        fabric = cut_cells(loop, n, n)
+        assert [spatial(n), planar(n)] == [nodes_3d(fabric, 5 / 9), nodes_2d(fabric)]
+        assert planar(n) == 4 * n**2 + 6 * n, "zones, and the ends of 3 n pieces"

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 import trade as sample
 import xarray as xr
+from refusals import refusal
 from trade import FOUND, measure_sample, sampled
 
-from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError
+from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR, applies
 from knitstudy.run.advice.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
@@ -33,15 +34,6 @@ def errors(random, count, settings=1):
     common, own = random.standard_t(4, count), random.standard_t(4, (settings, count))
     levels = np.log(0.08) - 0.7 * np.arange(settings)
     return np.exp(levels[:, None] + 0.3 * common + 0.3 * own)
-
-
-def test_a_second_sample_is_covered_with_the_confidence():
-    """Over 300 samples of 48: three standard deviations of a share of 95 % are 3.8 %."""
-    random = np.random.default_rng(1)
-    enough = [
-        np.mean(QUANTILE.of(errors(random, 48)[0]) >= errors(random, 400)[0]) >= 0.9 for _ in range(300)
-    ]
-    assert np.mean(enough) >= 0.95 - 0.038
 
 
 def test_choosing_the_cheapest_does_not_break_promises():
@@ -86,7 +78,7 @@ def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_mad
     assert set(knits["direction"]) == {"course", "wale"}
     assert 0.3 < np.isinf(knits["friction"]).mean() < 0.7
     known = {inputs: "known" for inputs in islice(trade.points(), 240)}
-    with pytest.raises(ConfigurationError, match=r"only 0 of 240 points have a loop"):
+    with refusal(r"only 0 of 240 points have a loop"):
         sampled(trade, 12, known)
 
 
@@ -104,14 +96,6 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
                 cell = endless(scene)
                 assert Inputs.of(cell).direction == inputs.direction
                 assert trade.case_of(cell) == replace(case, specimen="cell")
-
-
-def test_cells_of_beams_say_nothing_of_crossings(trade):
-    """Their histories have no crossings; the other questions are answered."""
-    cell, inputs = Case("cell", "touching"), replace(next(trade.points()), friction=0.3)
-    scene = trade.scene(cell, inputs).vary(trade.settings_of(cell)["beams"])
-    history = xr.Dataset({"strain": ("increment", [0.0, inputs.strain])})
-    assert answers(QUESTIONS["contact"], scene, history, None, inputs.strain) == {}
 
 
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
@@ -214,7 +198,7 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
 def test_a_pair_is_no_knit_to_measure(tmp_path):
     pair, *_ = problem_of("pair-slid-coarse", {})
-    with pytest.raises(ConfigurationError, match="specimen is pair, but models are measured on knits"):
+    with refusal("specimen is pair, but models are measured on knits"):
         measure(pair, tmp_path)
 
 

@@ -1,6 +1,7 @@
 """Yarns of beams that cross, for cases of contact with closed forms."""
 
-from dataclasses import dataclass
+from copy import copy
+from dataclasses import dataclass, replace
 
 import numpy as np
 from half_spaces import hertz
@@ -8,7 +9,7 @@ from half_spaces import hertz
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.models.beam.contact import joined
 from knitstudy.mechanics.beams.beam import BeamSection
-from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
@@ -141,3 +142,42 @@ def hairpin(law, per_station=16):
     arc = np.linalg.norm(np.diff(upper, axis=0), axis=1).sum()
     crossings = crossings_at([[8 * RADIUS - bend, below], [8 * RADIUS + bend, arc - below]])
     return two_yarns(position, len(lower), law, 0.0, crossings, per_station)
+
+
+FRICTION = {"stick": 1e4, "slip": 0.05, "rough": np.inf, "frictionless": 0.0}
+
+
+def on_the_way(law, kind):
+    """Model of hooked yarns, and its state in an increment that begins where they were pressed on each other.
+
+    Nodes of the upper yarn have moved, and all nodes are disturbed, spins included.
+    """
+    model = curved_yarns(law, FRICTION[kind])
+    upper = model.contact.places(model.start()).position[:, 2] > 0
+
+    def moved(shift, seed):
+        step = 2e-6 * np.random.default_rng(seed).normal(size=(len(upper), 6)) * [1, 1, 1, 20, 20, 20]
+        step[upper, :3] += shift
+        return model.advance(model.begin(model.start(), 0.0, 1.0), step.ravel())
+
+    first = model.commit(moved([1e-6, 2e-6, -40e-6], 0))
+    return model, replace(moved([20e-6, 8e-6, -41e-6], 1), contact=first.contact)
+
+
+def pair_friction(model, state):
+    """Friction of the pairs of points that touch."""
+    line, points = model.contact.line, model.contact.at_points(state)
+    return line.active_pairs(points, NO_LATTICE, state.contact.points, slip=True).friction
+
+
+def alone(model):
+    """The beams without their contact."""
+    actual = copy(model)
+    actual.contact = None
+    return actual
+
+
+def contact_forces(model, state):
+    """Internal forces and moments (N, 6) of contact alone."""
+    full, beams = model.respond(state, False).force, alone(model).respond(state, False).force
+    return (full - beams).reshape(-1, 6)

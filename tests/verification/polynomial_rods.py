@@ -12,6 +12,9 @@ RADIUS, YOUNG, POISSON = 0.9, 1300.0, 0.4
 SHEAR = YOUNG / (2 * (1 + POISSON))
 AREA = np.pi * RADIUS**2
 INERTIA = np.pi * RADIUS**4 / 4
+LENGTH = 6.0
+UNEVEN = np.array([0.0, 1.0, 1.4, 2.0, 3.3, 4.5, LENGTH])
+MIXED = [2, 2, 4, 3, 2, 2]
 
 
 def straight(s):
@@ -95,3 +98,8 @@ class Rod:
         rest = (np.zeros_like(u) if load is None else load.ravel()) - stiffness @ u
         u[free] = splu(sp.csc_matrix(stiffness[free][:, free])).solve(rest[free])
         return u.reshape(-1, 3), (stiffness @ u).reshape(-1, 3)
+
+
+def bent_rod(law="hencky"):
+    """A bent yarn with spans and degrees of all kinds."""
+    return Rod(arc(0.5 / RADIUS), UNEVEN, MIXED, law=law)

@@ -1,4 +1,4 @@
-"""The 3 x 3 knit of beams in contact: comes to 5%, its work is stored or lost, its yarns are in balance."""
+"""The 3 x 3 knit of beams in contact: work stored or lost, yarns in balance; beams that lead spline yarns."""
 
 import numpy as np
 import pytest
@@ -6,11 +6,15 @@ import pytest
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.history import load_path
-from knitstudy.knit.models.beam.build import beam_knit, build
+from knitstudy.knit.models.beam.build import beam_knit
+from knitstudy.knit.models.spline_yarns import build as guided
+from knitstudy.knit.models.spline_yarns.build import discretise
+from knitstudy.knit.simulate import build, solve
 from knitstudy.knit.yarns.network import grips, tension
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.rotation import exp
 from knitstudy.run.configuration import load_scene
 
 
@@ -76,4 +80,59 @@ def test_loops_that_hang_loose_close_in_one_increment(size, verify):
     assert first.load == pytest.approx(1 / scene.solver.increments)
     verify.at_most(
         f"{size} x {size} loose loops in wale tension: Newton iterations", first.newton_iterations, 20
+    )
+
+
+ACROSS = {
+    "yarn.transverse_modulus": 1e9,
+    "yarn.transverse_poisson_ratio": 0.4,
+    "yarn.axial_shear_modulus": 4e8,
+}
+TURN, SHIFT = np.array([0.3, -0.2, 0.5]), np.array([2e-3, -1e-3, 3e-3])
+
+
+@pytest.fixture(scope="module")
+def knit():
+    scene = load_scene("dns-isotropic-wale-coarse")
+    fabric = fabric_of(lay_out(scene))
+    return scene, fabric, discretise(scene, fabric)
+
+
+def test_yarns_follow_a_rigid_motion_of_the_beams(knit, verify):
+    """Every coefficient turns with the knit, and those of the constant move with it."""
+    scene, fabric, parts = knit
+    beams = build(scene.vary(guided.BEAMS), fabric)
+    guide = guided.BeamGuide(lambda: beams, fabric, parts.space, np.arange(len(parts.nodes)))
+    stations = beams.stations
+    rotation = exp(TURN)
+    moved = stations.position @ rotation.T + SHIFT - stations.position
+    way = np.hstack([moved, np.tile(TURN, (len(moved), 1))])
+    guide.follow(stations, [0.0, 1.0], [np.zeros_like(way), way])
+    change = guide(0.0, 1.0).reshape(-1, 3)
+    expected = parts.nodes @ rotation.T - parts.nodes + parts.unity[:, None] * SHIFT
+    off = np.abs(change - expected).max() / np.abs(expected).max()
+    verify.at_most("spline yarns led by beams: a rigid motion, off by", off, 1e-3)
+    assert guide(0.0, 1.1) is None, "the beams did not get there"
+
+
+def test_what_beams_refuse_is_no_error(knit, monkeypatch):
+    """A beam that is too long for a bend, and a yarn whose axis beams do not know."""
+    scene, fabric, parts = knit
+    monkeypatch.setattr(guided, "LARGE", 1)
+    nodes = np.arange(len(parts.nodes))
+    monkeypatch.setitem(guided.BEAMS, "mesh.beam_size", 3.0)
+    assert guided.guide_of(scene, fabric, parts.space, nodes)(0.0, 1.0) is None
+    directional = scene.vary({"yarn.material": "transversely_isotropic"} | ACROSS)
+    assert guided.guide_of(directional, fabric, parts.space, nodes) is None
+
+
+@pytest.mark.full
+def test_forces_do_not_depend_on_a_guide(knit, verify, monkeypatch):
+    scene, fabric, _ = knit
+    alone = solve(scene, fabric)
+    monkeypatch.setattr(guided, "LARGE", 1)
+    led = solve(scene, fabric)
+    assert led["newton_iterations"].sum() != alone["newton_iterations"].sum(), "it was led"
+    verify.within(
+        "spline yarns led by beams: force over that without", led["force"][-1] / alone["force"][-1], 1, 1e-6
     )

@@ -1,17 +1,32 @@
-"""Cells of beams: rest, large strains and cycles of a plain knit of soft yarn; agreement with solid yarns."""
+"""Cells of beams: rest, large strains, cycles of a plain knit, agreement with solid yarns, machine files."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
-from beam_cells import BEAMS
+from refusals import refusal
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.models.beam import contact as beam_contact
 from knitstudy.knit.simulate import simulate
 from knitstudy.mechanics.beams.laws import Patch
+from knitstudy.run import store
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import STAGES
+
+BEAMS = {
+    "fidelity": "beam",
+    "interaction": "isotropic",
+    "contact.tied_edges": "none",
+    "load.lateral": "fixed",
+    "mesh.beam_size": 0.41,
+    "beam.section": "hertz",
+    "load.strain": 0.02,
+    "solver.increments": 2,
+}
+"""Keys of endless cells of beams that are pulled a little: elastic yarn, friction, no ties."""
+
 
 SOFT = {
     "fidelity": "beam",
@@ -101,14 +116,14 @@ def test_a_cell_goes_to_twice_its_width(soft):
 
 def test_start_and_interaction_are_checked(soft):
     scene, geometry, _ = soft
-    with pytest.raises(ConfigurationError, match="none is given of shapes at rest"):
+    with refusal("none is given of shapes at rest"):
         simulate(scene, geometry)
     rough = {"interaction": "rough", "load.start": "drawn"}
-    with pytest.raises(ConfigurationError, match="must be isotropic"):
+    with refusal("must be isotropic"):
         simulate(scene.vary(rough), geometry)
-    with pytest.raises(ConfigurationError, match="must be drawn where fidelity is spline_yarns"):
+    with refusal("must be drawn where fidelity is spline_yarns"):
         scene.vary({"fidelity": "spline_yarns"})
-    with pytest.raises(ConfigurationError, match="somewhere else"):
+    with refusal("somewhere else"):
         scene.vary({"load.turns": [0.3, 0.3]})
 
 
@@ -220,3 +235,49 @@ def test_cells_of_beams_carry_what_solid_yarns_do(knit, way, friction, solid, de
         verify.within(case, float(actual), expected, bar)
     lost = history.energy.sel(form="friction").values
     assert np.diff(lost).min() >= -1e-12 * np.abs(history.energy.values).max()
+
+
+FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
+DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}
+FROM_REST = DRAWN | {
+    "load.start": "rest",
+    "load.strain": 0.05,
+    "load.largest_force": None,
+    "solver.increments": 2,
+}
+
+
+def history(stitches, scene="fabric-acrylic-rib-course-free", keys=FROM_REST):
+    """Return the history of a cell with keys of its stitches."""
+    return store.simulate(load_scene(scene).vary({"knit": "machine-knit"} | keys | stitches)).history
+
+
+@pytest.mark.parametrize(
+    ("scene", "keys"),
+    [
+        ("stitches-rib-course", BEAMS),
+        pytest.param("fabric-acrylic-rib-course-free", FROM_REST, marks=pytest.mark.full),
+    ],
+    ids=["elastic yarn", "soft yarn at rest"],
+)
+def test_a_rib_of_a_file_is_the_rib_of_letters(scene, keys):
+    """It begins one needle later: the same knit."""
+    of_file = history({"pattern.knitout": str(FILES / "rib.k")}, scene, keys)
+    letters = {"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1}
+    of_letters = history(letters, scene, keys)
+    for name in ("force", "cell_strain", "force_per_width"):
+        expected = of_letters[name].to_numpy()
+        within = 1e-6 * float(abs(expected).max())
+        assert of_file[name].to_numpy() == pytest.approx(expected, abs=within), name
+    assert of_file.attrs["cell_width"] == pytest.approx(of_letters.attrs["cell_width"], rel=1e-6)
+
+
+@pytest.mark.full
+def test_a_half_cardigan_is_wider_and_softer_than_its_rib():
+    """Tucks push wales apart and hold loops long: the textbooks' fact (Spencer 2001, Knitting Technology, ch. 18)."""
+    rib, tucked = (
+        history({"pattern.knitout": str(FILES / f"{name}.k")}) for name in ("rib", "half_cardigan")
+    )
+    assert tucked.attrs["cell_width"] > 1.2 * rib.attrs["cell_width"]
+    force = [float(each["force_per_width"][-1, 0]) for each in (rib, tucked)]
+    assert 0 < force[1] < force[0]

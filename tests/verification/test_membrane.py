@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
+from refusals import refusal
 from scipy.optimize import brentq
 
-from knitstudy.errors import ConvergenceError, MeshError
 from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, forces_per_width, rectangle, strains
 from knitstudy.use.strip import stretch_strip
 
@@ -36,20 +36,6 @@ def irregular(degree, seed=0):
 
 
 @pytest.mark.parametrize("degree", [1, 2])
-def test_tangent_is_the_derivative_of_the_force(degree):
-    nodes, elements, _ = irregular(degree)
-    model = MembraneModel(nodes, elements, COUPLED)
-    state = 0.01 * np.random.default_rng(1).normal(size=nodes.shape)
-    way, step = np.random.default_rng(2).normal(size=nodes.size), 1e-6
-    ahead, behind = (model.respond(model.advance(state, sign * step * way), False) for sign in (1, -1))
-    now = model.respond(state, True)
-    by_differences = (ahead.force - behind.force) / (2 * step)
-    np.testing.assert_allclose(now.stiffness @ way, by_differences, atol=1e-6 * np.abs(by_differences).max())
-    work = (ahead.energy["internal"] - behind.energy["internal"]) / (2 * step)
-    assert now.force @ way == pytest.approx(work, rel=1e-6)
-
-
-@pytest.mark.parametrize("degree", [1, 2])
 def test_patch_of_irregular_elements_strains_evenly(degree):
     nodes, elements, number = irregular(degree)
     model = MembraneModel(nodes, elements, COUPLED)
@@ -67,7 +53,7 @@ def test_patch_of_irregular_elements_strains_evenly(degree):
 def test_folded_elements_are_refused():
     nodes, elements, _ = rectangle((1.0, 1.0), (2, 1), 1)
     nodes[0, 0] = 1.5
-    with pytest.raises(MeshError, match="folded"):
+    with refusal("folded"):
         MembraneModel(nodes, elements, FABRIC)
 
 
@@ -109,12 +95,8 @@ def test_strips_converge_under_refinement():
     assert forces[1] == pytest.approx(forces[2], rel=2e-3)
 
 
-def test_a_strip_between_clamps_has_a_waist():
-    assert 0.5 < float(stretch_strip(FABRIC, 0.0691, 0.0666, 0.3, elements=8)["waist"][-1]) < 0.99
-
-
 def test_a_strip_that_finds_no_equilibrium_is_refused():
-    with pytest.raises(ConvergenceError, match="finds no equilibrium at a strain of -1") as refused:
+    with refusal("finds no equilibrium at a strain of -1") as refused:
         stretch_strip(FABRIC, 1.0, 1.0, -1.0, elements=1)
     assert refused.value.history["strain"][-1] < 0  # what was found before
 

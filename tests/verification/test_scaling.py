@@ -5,55 +5,16 @@ whose order follows from where arrays lie in memory (3e-12 on one of several mac
 """
 
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.store import simulate
 
-KNIT = {"pattern.loops": 1, "load.strain": 0.005, "solver.increments": 2, "outputs": []}
-TIED = KNIT | {"pattern.rows": 1}
-SLIDING = KNIT | {"pattern.rows": 3, "load.stops": [], "solver.increments": 6}
-BEAMS = {"mesh.beam_size": 1.5}
-PRESSED = {"pair.length": 3.7e-3, "load.path": [[0, 0, -4e-5], [5e-5, 0, -4e-5]], "solver.increments": 4}
-LOOSE = {"interaction": "isotropic", "contact.tied_edges": "none"}
-FEW = {"gates.ledger": 1.0}  # so few increments are too coarse for its sums, which units do not concern
-
-CASES = {
-    "hexahedra, ties": ("dns-tie-course", TIED | {"mesh.size": 2 / 3}),
-    "hexahedra, pair": (
-        "pair-slid-90",
-        PRESSED
-        | FEW
-        | {"mesh.size": 0.5, "gates.elements_across": 2.5, "gates.hourglass": 1.0, "gates.penalty": 1.0},
-    ),
-    "spline yarns, ties": ("yarns-tie-course", TIED),
-    "spline yarns, friction": ("yarns-isotropic-course", SLIDING),
-    "spline yarns, pair": (
-        "pair-slid-90",
-        # Balanced to the default 1e-6, answers differ by up to 1.2e-9 where iterations end.
-        PRESSED | {"fidelity": "spline_yarns", "pair.support": "ends", "solver.residual_tolerance": 1e-8},
-    ),
-    "3D network": ("rom3d-tie-course", TIED | BEAMS | {"rom.contacts_from": None}),
-    "3D network, patches": (
-        "rom3d-tie-course",
-        TIED | BEAMS | {"rom.contacts_from": None, "rom.joint": "patch"},
-    ),
-    "2D network": ("rom2d-tie-course", TIED | {"rom.contacts_from": None}),
-    "beams, rigid": ("beam-isotropic-course", SLIDING | BEAMS),
-    "beams, Hertz": (
-        "beam-isotropic-course",
-        SLIDING | BEAMS | {"beam.section": "hertz", "beam.tie": "patch"},
-    ),
-    "endless cell, ties": ("cell-course", TIED),
-    "endless cell, friction": (
-        "cell-course",
-        # As for the pair above: 1.4e-9 where iterations end by the default tolerance
-        TIED | LOOSE | FEW | {"solver.increments": 6, "solver.residual_tolerance": 1e-8},
-    ),
-}
-
+CASES = yaml.safe_load(Path(__file__).with_name("scaling.yaml").read_text())
 BINARY = {"mm": (2.0**-10, 2.0**20), "km": (2.0**10, 2.0**-20)}
 DECIMAL = {"mm, 10": (1e-3, 1e6), "km, 10": (1e3, 1e-6)}
 

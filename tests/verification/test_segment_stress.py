@@ -97,32 +97,6 @@ def cut_force(stresses: xr.Dataset, share: float) -> float:
     return float(np.sum(stress * stresses["cell_volume"].to_numpy() * weight) / (SLAB * length))
 
 
-STRESS, AREA, LENGTH, CELLS = 2e6, 3e-6, 0.05, 1000
-
-
-@pytest.fixture(scope="module")
-def bar():
-    """A bar along y under tension, in cells, that is pressed beside its middle half."""
-    y = LENGTH * (np.arange(CELLS) + 0.5) / CELLS
-    stress = np.zeros((CELLS, 6))
-    stress[:, 1] = np.where(np.abs(y / LENGTH - 0.5) < 0.25, STRESS, -STRESS)
-    return xr.Dataset(
-        {
-            "cell_stress": (("cell", "component"), stress),
-            "cell_volume": ("cell", np.full(CELLS, AREA * LENGTH / CELLS)),
-            "cell_place": (("cell", "xyz"), np.column_stack([0 * y, y, 0 * y])),
-        },
-        attrs={"direction": "wale"},
-    )
-
-
-@pytest.mark.parametrize(("share", "sign"), [(0.5, 1), (0.47, 1), (0.04, -1)])
-def test_force_through_a_cut_is_that_of_its_slab(bar, share, sign):
-    """Of the last one half of the slab lies outside of the bar."""
-    inside = 1.0 if share > 0.2 else 0.5 + share / 0.4 + np.sin(2 * np.pi * share / 0.4) / (2 * np.pi)
-    assert cut_force(bar, share) == pytest.approx(sign * inside * STRESS * AREA, rel=5e-3)
-
-
 def test_forces_from_stresses_balance_the_grips(pulled, verify):
     """Splines balance in the mean of their spans; pieces of yarn carry what their cells do."""
     way, stresses = pulled

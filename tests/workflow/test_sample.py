@@ -1,5 +1,6 @@
 """The price of accuracy, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
 
+import pytest
 import yaml
 
 from knitstudy.files import read_table
@@ -25,6 +26,7 @@ KEYS |= {"pattern.course_spacing": 5e-3, "pattern.wale_spacing": 6e-3, "yarn.dia
 ONE = [each for key, value in KEYS.items() for each in ("--set", f"{key}={value}")]
 
 
+@pytest.mark.full  # a dozen simulations in processes of their own; its parts are tests/unit/test_trade and test_choice
 def test_from_a_sample_to_a_promise(fresh):
     declared = fresh.folder / "config" / "trade.yaml"
     document = yaml.safe_load(declared.read_text()) | SMALL
