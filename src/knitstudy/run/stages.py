@@ -41,6 +41,9 @@ MODEL = (
 )
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
+FILES_OF_KEYS = "models/*/__init__.py"
+"""Files of keys, whose values a digest of a scene has already: their code does not count."""
+
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
 
@@ -316,6 +319,7 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     for room in sorted(set(rooms)):
         path = PACKAGE / room
         inside = sorted(file for file in path.rglob("*") if file.suffix in (".py", ".tsv"))
+        inside = [file for file in inside if not file.match(FILES_OF_KEYS)]
         for file in [path] if path.is_file() else inside:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())
     for file in plugins:
