@@ -25,7 +25,7 @@ unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE
 .PHONY: help
 help:  ## show this list
 	@echo "usage: make <target>"
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 14
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 22
 
 .PHONY: study
 study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
@@ -61,6 +61,13 @@ predictions: environment  ## run the study of measured fabrics and keep its pred
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
+
+.PHONY: test-without-wings
+test-without-wings: environment  ## pass the unit tests that are left without the rooms `use` and `paper`, in run/bare
+	@rm -rf run/bare && mkdir -p run/bare
+	@git ls-files -z | tar --create --null --files-from - | tar --extract --directory run/bare
+	@rm -r run/bare/src/knitstudy/use run/bare/src/knitstudy/paper
+	@cd run/bare && PYTHONPATH=src OMP_NUM_THREADS=1 ../../$(BIN)/python -m pytest --quiet tests/unit
 
 .PHONY: verify
 verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv

@@ -23,10 +23,17 @@ rule all:
 
 
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/displays.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/report.smk"
+
+
+# Figures, tables and the report belong to a wing of the package, which may have been removed.
+FIGURES = TABLES = lambda wildcards: []
+REPORT = []
+if any(wing.report for wing in wings()):
+
+    include: "workflow/rules/displays.smk"
+    include: "workflow/rules/figures.smk"
+    include: "workflow/rules/tables.smk"
+    include: "workflow/rules/report.smk"
 
 
 # Seconds each: Snakemake runs them itself where other jobs wait in a queue, since a start costs a minute there.

@@ -27,14 +27,15 @@ from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.scale import GRADES, NOT_RUN
 from knitstudy.paper.figures import draw
-from knitstudy.paper.report.files import ScreenPicture, read_sources
-from knitstudy.paper.report.kept_tables import (
+from knitstudy.paper.report import (
     REFERENCE,
     SIMULATED,
     STUDY,
     VERDICTS,
     VERDICTS_KEPT,
+    ScreenPicture,
     full_study,
+    read_sources,
 )
 from knitstudy.paper.tables.reference import limits, values_of
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
@@ -153,7 +154,7 @@ def summarise(
         if name not in drawn:
             return ""
         shown.append(name)
-        return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
+        return f"![{name}]({folder}/{name}.webp)\n\n*{title}*"
 
     environment = ImmutableSandboxedEnvironment(
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True

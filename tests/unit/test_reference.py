@@ -8,8 +8,7 @@ import synthetic
 
 from knitstudy.files import read_table, write_dataset
 from knitstudy.knit.contacts.contacts import extract
-from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.reference import reference_of
+from knitstudy.measures.reference import problem_of, reference_of
 from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
 from knitstudy.paper.tables.reference import values_of
 from knitstudy.run.catalogue import TABLES

@@ -21,7 +21,7 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.paper_values import number, numbers
-from knitstudy.paper.report.files import READERS
+from knitstudy.paper.report import READERS
 from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
 from knitstudy.paper.unknowns import law_of, nodes_2d, nodes_3d
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files

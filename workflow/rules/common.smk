@@ -17,7 +17,7 @@ if SOURCE.is_dir():
     os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, (sys.path[0], os.getenv("PYTHONPATH")))))
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.registry import load_plugins
+from knitstudy.registry import load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES

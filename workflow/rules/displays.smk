@@ -73,7 +73,7 @@ def digest_of_report():
 
     files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    code = code_digest("paper/report", "use/deformed.py", "use/viewer.html")
+    code = code_digest("paper/report.py", "use/deformed.py", "use/viewer.html")
     return digest([code, digests_of(files | {"data": data_of_study()}), shown, notes(), CONFIGURATION.study])
 
 
@@ -87,7 +87,7 @@ def data_of_report(wildcards):
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
     from knitstudy.run.stages import physics_digest
-    from knitstudy.paper.report.kept_tables import REFERENCE, age_warning, verdicts_warning
+    from knitstudy.paper.report import REFERENCE, age_warning, verdicts_warning
 
     try:
         warnings = [verdicts_warning(PLAN, CONFIG)]

@@ -4,8 +4,7 @@ from pathlib import Path
 
 from knitstudy.files import read_table, seal, write_text
 from knitstudy.knit.scene.documents import read_yaml
-from knitstudy.paper.report.page import origins, render
-from knitstudy.paper.report.turning_knit import turning_knit
+from knitstudy.paper.report import origins, render, turning_knit
 from knitstudy.registry import load_plugins
 from knitstudy.run.job import frame
 

@@ -2,7 +2,7 @@
 
 from knitstudy.files import seal, write_table
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.paper.report.files import read_sources
+from knitstudy.paper.report import read_sources
 from knitstudy.registry import load_plugins
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.job import frame

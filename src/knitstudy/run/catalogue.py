@@ -1,6 +1,6 @@
 """Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table of the paper: a module of `paper.figures` or `paper.tables`, or one from
+One file makes one figure or table of the paper: a module of a wing's package of figures or tables, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
 ``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
@@ -23,7 +23,7 @@ from knitstudy.files import file_digest
 from knitstudy.knit.scene.defaults import base_of
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.registry import Registry
+from knitstudy.registry import Registry, wings
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import MODEL, STAGES, code_digest
 
@@ -212,8 +212,8 @@ class Catalogue(Registry[Display]):
         return display.make(**{name: sources[name] for name in display.takes if name in sources})
 
 
-FIGURES = Catalogue("figure", "knitstudy.paper.figures")
-TABLES = Catalogue("table", "knitstudy.paper.tables")
+FIGURES = Catalogue("figure", "".join(wing.figures for wing in wings()))
+TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
 
 
 # What a study can make of them

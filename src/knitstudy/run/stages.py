@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import fault_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import later, plugin_files
+from knitstudy.registry import later, plugin_files, wings
 from knitstudy.run.cost import expected_memory, expected_seconds, machine_memory
 
 if TYPE_CHECKING:  # a job that needs no dataset starts in half the time
@@ -40,9 +40,6 @@ MODEL = (
     "knit/yarns",
 )
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
-
-FILES_OF_KEYS = "models/*/__init__.py"
-"""Files of keys, whose values a digest of a scene has already: their code does not count."""
 
 OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
 """Keys that memory depends on."""
@@ -178,21 +175,25 @@ def keys(*names: str) -> Callable[[Scene], tuple[str, ...]]:
     return lambda scene: names
 
 
-def _export(name: str, path: str, what: str, function: str, outputs: str, **known: Any) -> Stage:
-    """Return a stage whose `function` of `use` writes a file for another program, of scenes with some outputs.
+EXPORTS = {name: function for wing in wings() for name, function in wing.exports.items()}
+"""Functions of the wings that write files for other programs, by the name of their stage."""
+
+
+def _export(name: str, path: str, what: str, outputs: str, **known: Any) -> Stage:
+    """Return a stage that writes a file for another program, of scenes with some outputs.
 
     Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
     """
     asked = set(outputs.split())
     usual: dict[str, Any] = {
         "reads": keys(*MODEL_KEYS),
-        "code": (*(f"use/{name}.py" for name in ("deck", "inp", "membrane", "series", "vtu")), *MODEL),
+        "code": ("use/deck.py", "use/inp.py", "use/vtu.py", *MODEL),
         "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
         "needs": SOLIDS,
         "wanted": lambda scene: asked <= set(scene.outputs),
     }
     message = f"Write {what} of {{wildcards.scene}}"
-    return Stage(name, path, message, later(f"knitstudy.use.{function}"), **usual | known)
+    return Stage(name, path, message, later(EXPORTS.get(name, "")), **usual | known)
 
 
 _STAGES = (
@@ -269,23 +270,24 @@ _STAGES = (
         needs=SOLIDS | HISTORY,
         memory=lambda scene: 1000 + expected_memory(scene) // 2,
     ),
-    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu:write_mesh", "vtu", reads=keys("mesh.element")),
+)
+
+_EXPORTS = (
+    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu", reads=keys("mesh.element")),
     _export(
         "series",
         "simulation/{scene}.pvd",
         "all increments",
-        "series:write_series",
         "vtu",
         of=always,
         needs=GEOMETRY | HISTORY | {"mesh": Need("mesh", where=has_fields)},
     ),
-    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "inp:write_abaqus", "deck"),
-    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", "inp:write_calculix", "deck"),
+    _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "deck"),
+    _export("deck_calculix", "mesh/{scene}.calculix.inp", "the CalculiX deck", "deck"),
     _export(
         "shell_section",
         "simulation/{scene}.abaqus.inp",
         "the Abaqus shell section",
-        "inp:write_shell",
         "deck",
         reads=keys(),
         of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
@@ -293,8 +295,14 @@ _STAGES = (
     ),
 )
 
-# All stages by their names, each after the stages that it needs
-STAGES = {stage.name: stage for stage in _STAGES}
+# All stages by their names, each after the stages that it needs; of exports those that a wing writes
+STAGES = {
+    stage.name: stage for stage in (*_STAGES, *(export for export in _EXPORTS if export.name in EXPORTS))
+}
+
+
+KEYS = "models/*/__init__.py"
+"""Files of keys, whose values a digest of a scene has already: their code does not count."""
 
 
 def code_digest(*rooms: str) -> str:
@@ -318,8 +326,9 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     digest = hashlib.sha256()
     for room in sorted(set(rooms)):
         path = PACKAGE / room
-        inside = sorted(file for file in path.rglob("*") if file.suffix in (".py", ".tsv"))
-        inside = [file for file in inside if not file.match(FILES_OF_KEYS)]
+        inside = sorted(
+            file for file in path.rglob("*") if file.suffix in (".py", ".tsv") and not file.match(KEYS)
+        )
         for file in [path] if path.is_file() else inside:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())
     for file in plugins:

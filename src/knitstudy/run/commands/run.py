@@ -79,8 +79,7 @@ def run(
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Models are imported here: the other commands and --help do not need them.
     from knitstudy.knit.loading.run import Progress
-    from knitstudy.measures.differences import differing_variables
-    from knitstudy.measures.summary import summarise
+    from knitstudy.measures.summary import differing_variables, summarise
     from knitstudy.run.store import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
