@@ -24,7 +24,6 @@ from knitstudy.files import write_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, measured_rows, promised
 from knitstudy.run.advice.sample import Inputs, load_trade
-from knitstudy.run.configuration import drawn_defaults
 
 KEPT = RESOURCES / "promises.csv"
 ACCURACIES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
@@ -39,7 +38,7 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
 
     The first `basis` knits promise, or all but the one that judges. Where nothing is promised `model` is empty.
     """
-    trade, defaults, table = load_trade(), drawn_defaults(), []
+    trade, table = load_trade(), []
     first = set(sorted({row["knit"] for row in rows})[:basis])
     cases = {str(case): case for case in trade.cases()}
     groups: dict[tuple, list[dict]] = {}
@@ -47,7 +46,7 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
         if (basis is None or row["knit"] not in first) and row["question"]:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
-        problem = trade.scene(cases[case], Inputs.of_row(there[0]), defaults, knit)
+        problem = trade.scene(cases[case], Inputs.of_row(there[0]), knit)
         errors, seconds = (
             {row["model setting"]: row[column] for row in there} for column in (ERROR, SECONDS)
         )

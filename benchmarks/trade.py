@@ -30,7 +30,6 @@ from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
 from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
-from knitstudy.run.configuration import drawn_defaults
 from knitstudy.run.trade import code_of, collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
@@ -61,7 +60,7 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
 
 def _outcome(trade: Trade, inputs: Inputs) -> str:
     try:
-        lay_out(trade.scene(Case("cut_knit", TIED), inputs, drawn_defaults()))
+        lay_out(trade.scene(Case("cut_knit", TIED), inputs))
     except GeometryError as error:
         return message_of(error)
     return FOUND
@@ -72,7 +71,7 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
 
     Records of other code are used as well, with a message, unless `anew` makes them again.
     """
-    trade, defaults, listed = load_trade(), drawn_defaults(), folder / "knits.csv"
+    trade, listed = load_trade(), folder / "knits.csv"
     problems, records, other = {}, {}, 0
     for number in range(first):
         before = read_table(listed).to_dict("records") if listed.is_file() else ()
@@ -84,7 +83,7 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         fresh = False
         for case in (each for each in trade.cases() if trade.settings_of(each, number)):
             inputs = trade.drawn(case, point)
-            problem = problems[knit, case] = trade.scene(case, inputs, defaults, f"{knit}-{case}")
+            problem = problems[knit, case] = trade.scene(case, inputs, f"{knit}-{case}")
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
                 if not applies(problem, keys):

@@ -15,7 +15,7 @@ from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.sample import Case, Inputs, load_trade, same_knit
 from knitstudy.run.commands.main import main
-from knitstudy.run.configuration import drawn_defaults, load_scene, load_scenes, problem_of
+from knitstudy.run.configuration import load_scene, load_scenes, problem_of
 
 MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {
@@ -51,7 +51,7 @@ def made(path, count):
     for number, inputs in enumerate(islice(trade.points(), count)):
         for (specimen, yarns), settings in MEASURED.items():
             case = Case(specimen, yarns)
-            scene = trade.scene(case, inputs, drawn_defaults(), f"k{number}")
+            scene = trade.scene(case, inputs, f"k{number}")
             scatter = random.uniform(0.95, 1.0)
             rows += [row(case, scene, name, each, scatter=scatter) for name, each in settings.items()]
             if number % 3 == 0 and yarns == "touching":
@@ -72,7 +72,7 @@ def ask(kept, monkeypatch, tmp_path):
 
     def asked(changes=(), scene="yarns-tie-course", **asks):
         problem = load_scene(scene).vary(LOOP | dict(changes))
-        return choose(problem, Requirements(question="force", **asks), drawn_defaults(), f"scene {scene!r}")
+        return choose(problem, Requirements(question="force", **asks), f"scene {scene!r}")
 
     return asked
 

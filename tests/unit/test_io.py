@@ -88,6 +88,7 @@ def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
     table = pd.DataFrame({"force [N]": [1.0, 2.0]})
     write_table(table, tmp_path / "a.csv")
     seal(tmp_path / "a.csv", "digest")
+    assert recorded_digest(tmp_path / "a.csv") == "digest"
     pd.testing.assert_frame_equal(read_table(tmp_path / "a.csv"), table)
     (tmp_path / "a.csv").write_text("force [N]\n1.0\n")
     with refusal(r"a\.csv: was changed after it was written; delete it"):

@@ -16,7 +16,7 @@ from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR, applies
 from knitstudy.run.advice.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
-from knitstudy.run.configuration import drawn_defaults, problem_of
+from knitstudy.run.configuration import problem_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
 QUANTILE = Quantile(0.90, 0.95)
@@ -86,8 +86,8 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
     for case in trade.cases():
         for point in islice(trade.points(), 8):
             inputs = trade.drawn(case, point)
-            scene = trade.scene(case, inputs, drawn_defaults())
-            assert trade.outside(scene, drawn_defaults()) == ""
+            scene = trade.scene(case, inputs)
+            assert trade.outside(scene) == ""
             assert same_knit(scene) == same_knit(scene.scaled(1e-3, 1e6))
             assert trade.case_of(scene) == case
             there = Inputs.of(scene)
@@ -102,7 +102,7 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
     case = Case("cut_knit", "touching")
     inputs = replace(next(trade.points()), friction=0.3, loops=3, rows=3)
-    scene = trade.scene(case, inputs, drawn_defaults()).vary(trade.settings_of(case)["beams"])
+    scene = trade.scene(case, inputs).vary(trade.settings_of(case)["beams"])
     middle = slice(16, 20)  # of 36 crossings: row by row, column by column, four a cell
     force, slip = np.full((2, 36, 3), 99.0), np.full((2, 36), 99.0)
     force[1, middle] = [[3.0, 0.0, 4.0], [0.0, 1.0, 0.0], [0.0, 0.0, -2.0], [0.0, 0.0, 0.0]]
@@ -116,10 +116,7 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
     cell, beams = Case("cell", "touching"), trade.settings_of(Case("cell", "touching"))["beams"]
     point = next(trade.points())
-    taken = [
-        applies(trade.scene(cell, replace(point, friction=each), drawn_defaults()), beams)
-        for each in (0.3, np.inf)
-    ]
+    taken = [applies(trade.scene(cell, replace(point, friction=each)), beams) for each in (0.3, np.inf)]
     assert taken == [True, False]
 
 
@@ -193,7 +190,7 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
         raise end if end else os.kill(os.getpid(), signal.SIGXCPU)
 
     monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
-    problem = trade.scene(case, next(trade.points()), drawn_defaults())
+    problem = trade.scene(case, next(trade.points()))
     record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})

@@ -34,13 +34,13 @@ def test_killed_simulation_goes_on(finished, fresh):
     log, only = fresh.folder / LOG, ("--", "--until", HISTORY)
     process = fresh.start_study("ci", *only)
     wait_until(
-        lambda: increments_kept(fresh.folder / "run" / "simulation") >= SLIDING,
+        lambda: increments_kept(fresh.folder / "results" / "restart") >= SLIDING,
         "increment in which yarns slide",
     )
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
     assert not (fresh.folder / HISTORY).exists()
-    last = increments_kept(fresh.folder / "run" / "simulation")
+    last = increments_kept(fresh.folder / "results" / "restart")
 
     # One scene is enough here; the rest of the study is made as in any other run.
     ended = fresh.study("ci", *only)

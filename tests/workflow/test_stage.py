@@ -6,6 +6,8 @@ import textwrap
 
 import pytest
 
+import snakemake_logger_plugin_knitstudy as progress
+
 FRAME = """
 import logging, os, sys, warnings
 from pathlib import Path
@@ -79,3 +81,17 @@ def test_ends_with_the_process_that_started_it(tmp_path):
     subprocess.run(
         [sys.executable, "-c", PARENT, str(log), *stage], stderr=subprocess.PIPE, timeout=40, check=True
     )
+
+
+def test_time_left_follows_kinds_of_jobs(monkeypatch):
+    """One simulation and one table have taken half of what was expected; so will the others."""
+    jobs = {1: ("simulation", 60.0), 2: ("simulation", 120.0), 3: ("table", 2.0), 4: ("table", 2.0)}
+    monkeypatch.setattr(progress, "EXPECTED", jobs)
+    now = [100.0]
+    monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    clock = progress.Clock()
+    for job, kind, seconds in ((1, "simulation", 30.0), (3, "table", 1.0)):
+        clock.begin(job, kind)
+        now[0] += seconds
+        clock.end(job)
+    assert clock.left(2) == pytest.approx(60 + 1)

@@ -10,10 +10,9 @@ from pathlib import Path
 
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
 sys.executable = shlex.quote(sys.executable.strip("'"))
+# Jobs run the code of the checkout that plans them; a workflow that imports these rules has knitstudy installed.
 SOURCE = Path(workflow.current_basedir) / "../../src"
-if (
-    SOURCE.is_dir()
-):  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
+if SOURCE.is_dir():
     sys.path.insert(0, str(SOURCE.resolve()))
     os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, (sys.path[0], os.getenv("PYTHONPATH")))))
 

@@ -192,7 +192,7 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Cho
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
     problem, ask, where = asked_of(name, changes, config)
-    return choose(problem, ask, drawn_defaults(), where)
+    return choose(problem, ask, where)
 
 
 def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, Requirements, str]:
@@ -210,11 +210,6 @@ def problem_of(
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
     keys |= dict(changes)
     return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
-
-
-def drawn_defaults() -> dict[str, Any]:
-    """Return the defaults that models are measured with: the checkout's own."""
-    return layered_defaults()
 
 
 def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:

@@ -11,6 +11,7 @@ from math import ceil
 import psutil
 
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 
 MEGABYTE = 1e6
 
@@ -104,9 +105,9 @@ def _cells(scene: Scene) -> int:
 
 def _yarn(scene: Scene) -> float:
     """Return the length of all yarns as they are drawn [m]."""
-    if scene.specimen == "pair":
+    if not isinstance(scene, Looped):
         return 2 * scene.value("pair.length")
     from knitstudy.knit.geometry.lay_out import initial_loop  # with SciPy, which costs of beams do not need
 
-    loops, one_more = scene.value("pattern.loops"), scene.specimen != "cut_knit"
-    return initial_loop(scene).length * (_cells(scene) + loops * one_more)
+    one_more = scene.specimen != "cut_knit"
+    return initial_loop(scene).length * scene.pattern.loops * (scene.pattern.rows + one_more)

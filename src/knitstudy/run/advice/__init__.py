@@ -139,26 +139,26 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
     return Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults)
 
 
-def choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: str) -> Choice:
+def choose(problem: Scene, ask: Requirements, where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
-    `drawn` are the defaults that the sample was made with; `where` begins messages.
+    `where` begins messages.
     Raises ConfigurationError where there is no promise, or no model setting is accurate, fast or small enough: the
     message names the nearest one, and the endless cell where that would do.
     """
     try:
-        return _choose(problem, ask, drawn, where)
+        return _choose(problem, ask, where)
     except ConfigurationError as error:
-        offer = without_edges(problem, ask, drawn)
+        offer = without_edges(problem, ask)
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Scene, ask: Requirements, drawn: Mapping[str, Any]) -> str:
+def without_edges(problem: Scene, ask: Requirements) -> str:
     """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
     if not problem.is_knit:
         return ""
     try:
-        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, drawn, '').setting}"
+        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, '').setting}"
     except ConfigurationError:
         return ""
 
@@ -175,10 +175,10 @@ def as_measured(problem: Scene) -> Scene | None:
     return problem.vary(less) if less else None
 
 
-def _choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: str) -> Choice:
+def _choose(problem: Scene, ask: Requirements, where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
-    promise, basis = promises(problem, drawn, where)
+    promise, basis = promises(problem, where)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
     settings = [
@@ -195,9 +195,7 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: 
     return Choice(problem, ask, setting, tuple(settings), basis, promise)
 
 
-def promises(
-    problem: Scene, drawn: Mapping[str, Any], where: str
-) -> tuple[Callable[[str], list[ModelSetting]], str]:
+def promises(problem: Scene, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
     """Return the function from a question to the settings with a promise, and the basis of the promises in words.
 
     Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.
@@ -206,7 +204,7 @@ def promises(
     if mine := _own_rows(problem):
         return lambda question: promised(problem, question, trade, mine, own=True), "on this very knit"
     remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
-    if outside := trade.outside(problem, drawn):
+    if outside := trade.outside(problem):
         raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
     case, rows = str(trade.case_of(problem)), measured_rows(TRADE_KEPT)
     if (count := len(measured_knits(rows, case))) < trade.fewest:

@@ -17,6 +17,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field
 
+from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.knit.scene.documents import CONFIG, read_yaml
 from knitstudy.knit.scene.keys import Count, Section, declared, lists, validated
 from knitstudy.knit.scene.kinds import MODELS
@@ -225,10 +226,10 @@ class Trade(Section):
                 point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
-    def outside(self, scene: Scene, defaults: Mapping[str, Any]) -> str:
+    def outside(self, scene: Scene) -> str:
         """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
 
-        The sample was made with the keys `defaults`.
+        The sample was made with the defaults of the package.
         """
         case = self.case_of(scene)
         if scene.specimen not in SPECIMENS:
@@ -248,7 +249,7 @@ class Trade(Section):
             if not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (1 + 2e-9):
                 fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
                 return f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
-        here, there = _others(scene), _others(self.scene(case, Inputs.of(scene), defaults))
+        here, there = _others(scene), _others(self.scene(case, Inputs.of(scene)))
         for key, value in here.items():
             wanted = there.get(key)
             if wanted is None and value is not None:
@@ -258,7 +259,7 @@ class Trade(Section):
                 return f"{key} is {here_is}, but models were measured with {there_is}"
         return ""
 
-    def scene(self, case: Case, inputs: Inputs, defaults: Mapping[str, Any], name: str = "sampled") -> Scene:
+    def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
@@ -276,7 +277,7 @@ class Trade(Section):
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
             set_dotted(document, key, value, name)
-        return Scene.from_dict(document, name, defaults)
+        return Scene.from_dict(document, name, packaged_defaults())
 
 
 def load_trade(path: Path = DECLARED) -> Trade:

@@ -19,13 +19,13 @@ from rich.text import Text
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
 from knitstudy.files import read_dataset
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
+from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.knit.scene.documents import CONFIG, parsed, read_yaml
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.run.advice import Requirements
 from knitstudy.run.configuration import (
-    drawn_defaults,
     load_changed,
     load_families,
     scene_of_file,
@@ -193,7 +193,7 @@ def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
             f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
         )
     if is_result(name):
-        return recorded(name, drawn_defaults() if changes else {})[0].vary(dict(changes))
+        return recorded(name, packaged_defaults() if changes else {})[0].vary(dict(changes))
     return load_changed(name, dict(changes), config)
 
 

@@ -195,11 +195,11 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
+    if share := share_of_starts(begun):
+        click.echo(share)
     click.echo(
         f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
     )
-    if share := share_of_starts(begun):
-        click.echo(share)
 
 
 def share_of_starts(begun: float) -> str:
@@ -264,6 +264,6 @@ def snakemake(arguments: list[str]) -> int:
     if interrupted:
         raise KeyboardInterrupt(
             f"stopped; finished files are in {RESULTS}, runs that were not done keep their last increment in "
-            f"{LOCK.parent}: the same command goes on from there"
+            f"{RESULTS / 'restart'}: the same command goes on from there"
         )
     return status

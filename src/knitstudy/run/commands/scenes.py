@@ -38,7 +38,6 @@ from knitstudy.run.commands.console import (
 )
 from knitstudy.run.configuration import (
     asked_of,
-    drawn_defaults,
     knits_of,
     load_families,
     load_scenes,
@@ -200,16 +199,15 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
     problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
-    drawn = drawn_defaults()
     if small := as_measured(problem):
-        settings = promises(small, drawn, where)[0](ask.question)
+        settings = promises(small, where)[0](ask.question)
         click.echo(
-            without_edges(problem, ask, drawn)
+            without_edges(problem, ask)
             or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
         )
         _print_larger(problem, small, settings)
     else:
-        _print_plan(choose(problem, ask, drawn, where))
+        _print_plan(choose(problem, ask, where))
 
 
 def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
@@ -235,7 +233,7 @@ def _print_plan(choice: Choice) -> None:
     problem, ask, setting = choice.problem, choice.ask, choice.setting
     click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
     click.echo(f"take {setting}, {choice.basis}")
-    if offer := without_edges(problem, ask, drawn_defaults()):
+    if offer := without_edges(problem, ask):
         click.echo(offer)
     beside, rows = choice.beside, []
     for option in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
