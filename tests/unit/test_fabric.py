@@ -298,7 +298,7 @@ def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, 
     wide = scene.vary({"interaction": "isotropic", **size})
     fabric = cut_cells(knit_of(wide).loop, 4, 1)
     for lateral, expected in (("fixed", False), ("free", [6])):
-        yarns = build(wide.replace("load.lateral", lateral), fabric).observer.yarns
+        yarns = build(wide.replace("load.lateral", lateral), fabric).observer
         drag = yarns.model.drag
         assert (drag is not None and np.unique(yarns.parts.yarn[drag[::3] > 0]).tolist()) == expected
 
@@ -306,7 +306,7 @@ def test_sinker_that_is_free_across_the_load_is_led_to_its_first_contact(scene, 
 def test_yarns_touch_beside_every_tie(scene, knit, pieces):
     """Several arches are tied to one yarn. One that is moved into its neighbour is pressed back, but not by the tie."""
     touching = scene.vary({"interaction": "isotropic", "contact.tied_edges": "outer"})
-    yarns = build(touching, pieces).observer.yarns
+    yarns = build(touching, pieces).observer
     model, unity = yarns.model, yarns.parts.unity
     last_arch = yarns.parts.nodes_of(2)
 

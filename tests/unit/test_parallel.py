@@ -98,7 +98,7 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
 
     def response(count):
         monkeypatch.setenv(VARIABLE, count)
-        model = build(scene, knit, mesh=mesh).observer.yarns.model
+        model = build(scene, knit, mesh=mesh).observer.model
         shift = 1e-5 * np.random.default_rng(0).normal(size=(model.size // 3, 3))
         return [model.respond(SolidState(scale * shift), stiffness=True) for scale in (0.5, 1.0)][1]
 

@@ -20,7 +20,7 @@ def cell(plain_scene, knit_of):
     )
     knit = knit_of(scene)
     problem = build(scene, knit, mesh=mesh_fabric(knit, scene.mesh.size))
-    return problem.observer.yarns, problem
+    return problem.observer, problem
 
 
 def tangent(problem):

@@ -68,7 +68,7 @@ def yarn_surfaces(mesh: SweptMesh) -> list[Grid]:
 
 
 @dataclass(frozen=True, eq=False)
-class YarnContact:
+class ContactOfSolids:
     """Law and limits of the contact of yarns that are divided in one way."""
 
     law: Coulomb | Indentation
@@ -107,7 +107,7 @@ class Discretisation:
     dependence: sp.csr_matrix | None = None
     # (E, a) nodes of hexahedra, in the order of `mesh`, where the elements are hexahedra
     connectivity: NDArray[np.integer[Any]] | None = None
-    contact: YarnContact | None = None  # None where all crossings are tied
+    contact: ContactOfSolids | None = None  # None where all crossings are tied
     # Compliance (k, 2) [m/N] of the mean and of the linear moments of a patch that the nodes cannot show, one
     # yarn's alone: from yarns (k,), arc lengths (k,) [m] and the patch's radius [m]. None where refinement
     # shows it all

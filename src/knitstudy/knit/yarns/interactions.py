@@ -25,11 +25,10 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.shared_sections import FacetContact
-from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, project_on_tube
+from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.model import DRAG
 
 
@@ -256,27 +255,6 @@ def _require_room(fabric: Fabric, discs: Discs, radius: float) -> None:
                 f"{discs.crossing[other[closest, 1]]} lie {apart[closest, 1] / fabric.radius:.3g} radii apart: use "
                 "less than half of that"
             )
-
-
-# Distance up to which pairs of points and surfaces are followed, over the yarn's radius
-MARGIN = 0.3
-
-
-def contact_of(yarns: Discretisation, keys: YarnContact, ties: Ties, meets: Bools | None) -> Contact:
-    """Return the contact of those yarns that meet, as `Contact` has it, outside of their ties.
-
-    Raises MeshError if yarns overlap before anything moves.
-    """
-    return Contact(
-        yarns.nodes,
-        yarns.surfaces,
-        keys.law,
-        meets=meets,
-        free=ties.free,
-        points=keys.points,
-        margin=MARGIN * yarns.mesh.radius,
-        overlap=keys.overlap,
-    )
 
 
 def penalties(keys: FacetContact, youngs_modulus: float, friction: float, size: float) -> Coulomb:

@@ -29,17 +29,20 @@ from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.yarns.discretisation import Discretisation
 from knitstudy.knit.yarns.interactions import (
     Ties,
-    contact_of,
     drag_of,
     tie_crossings,
 )
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
 from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
+
+# Distance up to which pairs of points and surfaces are followed, over the yarn's radius
+MARGIN = 0.3
 
 # Up to here sparse LU replaces iterations that fail; beyond, it takes too much time and memory
 DIRECT_UNKNOWNS = 20_000
@@ -85,7 +88,30 @@ class SolidYarns:
         """Return the variables of a history that are known at its last increment alone."""
         return {"node_displacement": self.model.node_displacement(state)}
 
-    def record(self, state: SolidState) -> Reported:
+    def record(self, increment: Increment) -> Reported:
+        """Return columns of the history, and of the points in contact, with the net forces on every yarn.
+
+        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
+        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
+        yarn's stations.
+        """
+        parts, mesh, node_force = self.parts, self.parts.mesh, increment.response.node_force
+        assert node_force is not None  # of solids
+        columns, points = self.columns(increment.state)
+        force = node_force.copy()
+        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
+        position = parts.nodes + self.model.node_displacement(increment.state)
+        stations = mesh.centres + columns["centreline_displacement"]
+        resultant, moment = np.zeros((2, mesh.yarns, 3))
+        for yarn in range(mesh.yarns):
+            here = parts.nodes_of(yarn)
+            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
+            arm = position[here] - parts.unity[here, None] * centre
+            resultant[yarn] = parts.unity[here] @ force[here]
+            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
+        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
+
+    def columns(self, state: SolidState) -> Reported:
         """Return the motion of stations and crossings and the forces at crossings, and the points in contact."""
         parts, facets = self.parts, self.facets
         moved = self.model.node_displacement(state)
@@ -149,7 +175,16 @@ def assemble(
     fixed = np.concatenate([*grips, ties.joined])
     model = SolidModel(
         *solids,
-        contact=contact_of(parts, parts.contact, ties, meets),
+        contact=Contact(
+            parts.nodes,
+            parts.surfaces,
+            parts.contact.law,
+            meets=meets,
+            free=ties.free,
+            points=parts.contact.points,
+            margin=MARGIN * parts.mesh.radius,
+            overlap=parts.contact.overlap,
+        ),
         penetration=parts.contact.penetration,
         drag=None if viscosity else drag_of(parts, fixed, volume, scene.yarn.youngs_modulus),
     )
@@ -172,7 +207,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh),
-        observer=SolidObserver(yarns),
+        observer=yarns,
         checks=(sound(scene, model),),
         constants=yarns.ties.constants(),
         fields=yarns.fields if "fields" in scene.outputs else None,
@@ -209,37 +244,6 @@ def _prescribed(yarns: SolidYarns, motion: Motion, lateral: str) -> tuple[Prescr
     value = np.zeros((len(moved), len(fixed)))
     value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)
     return PrescribedDisplacement(fixed, value, motion.corners, motion.stops), driven[unity[ends.driven] == 1]
-
-
-@dataclass(frozen=True, eq=False)
-class SolidObserver:
-    """Reports crossings and contact of solid yarns, and the net forces on every yarn."""
-
-    yarns: SolidYarns
-
-    def record(self, increment: Increment) -> Reported:
-        """Return columns of the history, and of the points in contact.
-
-        Net force (Y, 3) [N] and moment (Y, 3) [N m] of all interactions on every yarn (Fig. 10a): at a free node the
-        internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
-        yarn's stations.
-        """
-        parts, mesh = self.yarns.parts, self.yarns.parts.mesh
-        columns, points = self.yarns.record(increment.state)
-        node_force = increment.response.node_force
-        assert node_force is not None  # of solids
-        force = node_force.copy()
-        force[np.concatenate([parts.ends.held, parts.ends.driven])] = 0
-        position = parts.nodes + self.yarns.model.node_displacement(increment.state)
-        stations = mesh.centres + columns["centreline_displacement"]
-        resultant, moment = np.zeros((2, mesh.yarns, 3))
-        for yarn in range(mesh.yarns):
-            here = parts.nodes_of(yarn)
-            centre = stations[mesh.yarn_of_slice == yarn].mean(axis=0)
-            arm = position[here] - parts.unity[here, None] * centre
-            resultant[yarn] = parts.unity[here] @ force[here]
-            moment[yarn] = np.cross(arm, force[here]).sum(axis=0)
-        return columns | {"yarn_force": resultant, "yarn_moment": moment}, points
 
 
 def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStructure:

@@ -58,7 +58,7 @@ class BeamSection:
 
     @classmethod
     def circular(
-        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | Floats = 1.0
+        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | Floats | Ints = 1.0
     ) -> BeamSection:
         """Return the section of `count` solid circular yarns side by side, with the constants of Abaqus' B31.
 

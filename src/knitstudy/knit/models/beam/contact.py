@@ -8,7 +8,7 @@ import numpy as np
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
-from knitstudy.knit.models.beam import Beams, BeamSection, CellOfBeams
+from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState
@@ -34,20 +34,6 @@ class YarnContact:
     yarn: BeamYarn
     law: Power
     friction: float  # inf: no slip
-
-    @classmethod
-    def of(cls, yarn: BeamYarn, beam: BeamSection, friction: float) -> YarnContact:
-        """Return contact by ``yarn.pressing`` where it is set, else by ``beam.section``.
-
-        Raises MeshError if a penalty is softer than the yarns.
-        """
-        if yarn.pressing is not None:
-            exponent = yarn.pressing_exponent
-            return cls(yarn, Power(yarn.pressing / yarn.diameter**exponent, exponent), friction)
-        law = LAWS.find(beam.section).of(yarn, beam)
-        if law.penalty:  # of half a radius, at an approach of R / 4
-            require_stiff_contact("beam.stiffness", beam.stiffness, yarn.poisson_ratio, patch=1.5)
-        return cls(yarn, law, friction)
 
     def along(
         self,
@@ -95,8 +81,18 @@ class YarnContact:
 
 
 def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
-    """Return the contact of the yarns of a scene."""
-    return YarnContact.of(scene.yarn, scene.beam, scene.friction)
+    """Return the contact of the yarns of a scene: by ``yarn.pressing`` where it is set, else by ``beam.section``.
+
+    Raises MeshError if a penalty is softer than the yarns.
+    """
+    yarn, beam, exponent = scene.yarn, scene.beam, scene.yarn.pressing_exponent
+    if yarn.pressing is not None:
+        law = Power(yarn.pressing / yarn.diameter**exponent, exponent)
+    else:
+        law = LAWS.find(beam.section).of(yarn, beam)
+    if law.penalty:  # of half a radius, at an approach of R / 4
+        require_stiff_contact("beam.stiffness", beam.stiffness, yarn.poisson_ratio, patch=1.5)
+    return YarnContact(yarn, law, scene.friction)
 
 
 def joined(points: ContactPoints, tied: Crossings, reach: float) -> Ints:

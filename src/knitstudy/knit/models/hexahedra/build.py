@@ -27,7 +27,7 @@ from knitstudy.knit.mesh.quality import require_memory_to_simulate
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.yarns import solids
-from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, yarn_surfaces
+from knitstudy.knit.yarns.discretisation import ContactOfSolids, Discretisation, yarn_surfaces
 from knitstudy.knit.yarns.interactions import penalties
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
@@ -107,7 +107,7 @@ def discretise(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Discr
     remedy = "Use a larger contact.normal_stiffness or contact.augmentations"
     law = penalties(contact, yarn.youngs_modulus, friction, parts.size)
     limit = Penetration(deepest, contact.augmentations, remedy)
-    return replace(parts, contact=YarnContact(law, contact.points, deepest, limit))
+    return replace(parts, contact=ContactOfSolids(law, contact.points, deepest, limit))
 
 
 def kind_of(scene: HexahedralScene) -> Any:

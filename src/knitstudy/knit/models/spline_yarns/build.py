@@ -36,7 +36,12 @@ from knitstudy.knit.models.spline_yarns import (
 from knitstudy.knit.models.spline_yarns import cell as endless
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.yarns import solids
-from knitstudy.knit.yarns.discretisation import Discretisation, YarnContact, contact_surfaces, fitted_places
+from knitstudy.knit.yarns.discretisation import (
+    ContactOfSolids,
+    Discretisation,
+    contact_surfaces,
+    fitted_places,
+)
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import missing_tie_compliance
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
@@ -148,7 +153,7 @@ def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None
         require_integrated_contact(keys.points)
         cells = keys.cell, keys.window
         law = law_of(scene.mesh, material, mesh.radius, scene.friction)
-        contact = YarnContact(
+        contact = ContactOfSolids(
             law, keys.points, keys.penetration * size, Penetration(FURTHER * law.end, remedy=LESS)
         )
     surfaces, rings = contact_surfaces(space, fabric, *cells)

@@ -93,7 +93,7 @@ class Cell:
     def record(self, increment: Increment) -> Reported:
         """Return strains, forces per width, of a tied cell its tangent, and the columns of solid yarns."""
         state = increment.state
-        columns, points = self.yarns.record(state)
+        columns, points = self.yarns.columns(state)
         moved, force = self.model.stretched(state.displacement.ravel()), increment.response.force
         columns["cell_strain"] = moved / self.lattice.lengths
         columns["force_per_width"] = force[self.model.lattice] * self.lattice.lengths / self.lattice.area
