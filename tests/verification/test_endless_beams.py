@@ -18,7 +18,6 @@ from knitstudy.run.stages import STAGES
 BEAMS = {
     "fidelity": "beam",
     "interaction": "isotropic",
-    "contact.tied_edges": "none",
     "load.lateral": "fixed",
     "mesh.beam_size": 0.41,
     "beam.section": "hertz",
@@ -121,8 +120,6 @@ def test_start_and_interaction_are_checked(soft):
     rough = {"interaction": "rough", "load.start": "drawn"}
     with refusal("must be isotropic"):
         simulate(scene.vary(rough), geometry)
-    with refusal("must be drawn where fidelity is spline_yarns"):
-        scene.vary({"fidelity": "spline_yarns"})
     with refusal("somewhere else"):
         scene.vary({"load.turns": [0.3, 0.3]})
 
