@@ -154,7 +154,7 @@ def summarise(
         if name not in drawn:
             return ""
         shown.append(name)
-        return f"![{title}]({folder}/{name}.webp)\n\n*{title}*"
+        return f"![{name}]({folder}/{name}.webp)\n\n*{title}*"
 
     environment = ImmutableSandboxedEnvironment(
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True

@@ -23,10 +23,18 @@ TABLES = {
 def markdown(columns: Columns) -> str:
     """Return the variables of a kind of file as a table; those of points in contact come last."""
     rows = [
-        f"| {row.Index} | {', '.join(row.dims.split())} | {row.unit} | {row.meaning} | {row.where} |"
+        f"| {row.Index} ({', '.join(row.dims.split())}){_unit(row.unit)} | {row.meaning}{_where(row.where)} |"
         for row in columns.table.itertuples()
     ]
-    return "\n".join(["| variable | dims | unit | meaning | where |", "|---|---|---|---|---|", *rows])
+    return "\n".join(["| variable (dims) [unit] | meaning |", "|---|---|", *rows]).replace(" ()", "")
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else f" [{unit}]"
+
+
+def _where(models: str) -> str:
+    return f" ({models})" if models else ""
 
 
 def renewed(page: str) -> str:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from knitstudy.files import write_text
 from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, describe_with_source, lists
-from knitstudy.knit.scene.kinds import INTERACTIONS, MODELS, SPECIMENS, Labels, all_kinds, all_sections
+from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections
 from knitstudy.registry import listed
 from knitstudy.run.advice import AUTO, Requirements
 
@@ -16,17 +16,26 @@ COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
 
-COLUMNS = ("unit", "role", "provenance", "source", "checked")
+UNLIMITED = (
+    "none",
+    "all",
+    "both",
+    "all three",
+    "all four",
+    "all five",
+)  # what was checked, where this bounds nothing
 
 TITLE = f"""\
 # Keys of a scene
 
-`{COMMAND}` writes this page from `src/knitstudy/knit`; changes of the page itself are lost.
+Every key with its allowed values, its default, and where its value comes from. `{COMMAND}` writes this page; changes
+of the page itself are lost.
 
-A scene has only the sections of its kind: those of its specimen, its yarn, its fidelity and its interaction. A key of
-another kind is an error, which names the key. Values are in SI units, sizes of elements in yarn radii.
-[config/README.md](../../config/README.md) explains provenance. A key without a default on this page has its default in
-[config/defaults.yaml](../../config/defaults.yaml), or must be set.
+A scene has only the keys of its kind: the line above a table says which scenes, parentheses behind a key name others.
+A key of another kind is an error. Values are in SI units; brackets behind a key hold the unit. The last column has the
+role and the [provenance](../../config/README.md#provenance-of-inputs) of the value, the source of a physical input, and
+the range over which results were checked; `knitstudy check SCENE --sources` prints all sources. A key
+without a default on this page has its default in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
 [Alternative keys of a knit](../../config/README.md#a-knit-of-your-own) can replace keys of this page.
 """
 
@@ -36,11 +45,7 @@ def keys_page() -> str:
     roles = _table(
         ("role", "keys of this role define"), [(f"`{name}`", text) for name, text in ROLES.items()]
     )
-    parts = [TITLE, f"## Roles\n\n{roles}", "## Kinds of scenes\n"]
-    for what, kinds in (("specimen", SPECIMENS), ("fidelity", MODELS), ("interaction", INTERACTIONS)):
-        parts.append(
-            _table((what, "meaning"), [(f"`{name}`", kind.meaning) for name, kind in kinds.all().items()])
-        )
+    parts = [TITLE, f"## Roles\n\n{roles}"]
     parts.append(f"## Labels\n\n{_section_text('', dict.fromkeys(Labels.model_fields, Labels))}")
     parts.append(
         f"## `ask`\n\n{_section_text('ask.', dict.fromkeys(Requirements.model_fields, Requirements))}"
@@ -64,17 +69,37 @@ def scenes_with(key: str) -> str:
 
 
 def _section_text(prefix: str, described: dict[str, type[Section]]) -> str:
-    """Return the docstrings of a section's classes, and a table of its keys."""
+    """Return the docstrings of a section's classes, and a table of its keys with the scenes that have them."""
     own = {name: _defining(section, name) for name, section in described.items()}
-    text = "\n\n".join(cleandoc(section.__doc__ or "") for section in dict.fromkeys(own.values()))
-    rows = []
-    for name, section in described.items():
-        unit, *about = (getattr(describe_with_source(section, name), column) for column in COLUMNS)
-        having = f"fidelity {AUTO}" if section is Requirements else scenes_with(f"{prefix}{name}")
-        allowed, default = allowed_values(section, name), _default(section, name)
-        rows.append((f"`{prefix}{name}`", unit, allowed, default, having, *about))
-    columns = ("key", "unit", "allowed", "default", "scenes", "role", "provenance", "source", "checked")
-    return f"{text}\n\n{_table(columns, rows)}"
+    parts = [cleandoc(section.__doc__ or "") + "\n" for section in dict.fromkeys(own.values())]
+    having = {name: _having(prefix, name, section) for name, section in described.items()}
+    usual = max(having.values(), key=lambda scenes: (scenes == "all", list(having.values()).count(scenes)))
+    others = {name: scenes if scenes != usual else "" for name, scenes in having.items()}
+    rows = [_row(prefix, name, section, others[name]) for name, section in described.items()]
+    parts.append(f"Scenes: {usual}.\n\n" + _table(("key", "allowed", "default", "origin"), rows))
+    return "\n".join(parts)
+
+
+def _having(prefix: str, name: str, section: type[Section]) -> str:
+    return f"fidelity {AUTO}" if section is Requirements else scenes_with(f"{prefix}{name}")
+
+
+def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[str, ...]:
+    """Return the row of a key: name with unit and other scenes, allowed values, default, and origin of the value."""
+    known = describe_with_source(section, name)
+    unit = "" if known.unit == "1" else f" [{known.unit}]"
+    about = [f"{known.role}, {known.provenance}"]
+    if known.role == "physics":
+        about.append(known.source)
+    if known.checked not in (*UNLIMITED, _default(section, name)):
+        about.append(f"checked: {known.checked}")
+    scenes = f" ({having})" if having else ""
+    return (
+        f"`{prefix}{name}`{unit}{scenes}",
+        allowed_values(section, name),
+        _default(section, name),
+        "; ".join(about),
+    )
 
 
 def _default(section: type[Section], name: str) -> str:
@@ -91,9 +116,9 @@ def _defining(section: type[Section], name: str) -> type[Section]:
 
 
 def _table(columns: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    lines = [columns, tuple("---" for _ in columns), *rows]
-    cells = (" | ".join(cell.replace("|", r"\|") for cell in line) for line in lines)
-    return "".join(f"| {line} |\n" for line in cells)
+    cells = [" | ".join(cell.replace("|", r"\|") for cell in line) for line in (columns, *rows)]
+    cells = [f"| {line} |\n" for line in cells]
+    return "".join([cells[0], "|---" * len(columns), "|\n", *cells[1:]])
 
 
 if __name__ == "__main__":

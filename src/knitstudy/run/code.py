@@ -27,6 +27,9 @@ MODEL = (
 )
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
+KEYS = "models/*/__init__.py"
+"""Files of keys, whose values a digest of a scene has already: their code does not count."""
+
 
 def code_digest(*rooms: str) -> str:
     """Return a digest of the bytes of all files in rooms: folders or files of this package.
@@ -52,7 +55,9 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
         files = (
             [path]
             if path.is_file()
-            else sorted(file for file in path.rglob("*") if file.suffix in (".py", ".tsv"))
+            else sorted(
+                file for file in path.rglob("*") if file.suffix in (".py", ".tsv") and not file.match(KEYS)
+            )
         )
         for file in files:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())

@@ -45,6 +45,7 @@ from knitstudy.knit.scene.kinds import (
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
 from knitstudy.knit.scene.yarns import OF
+from knitstudy.mechanics.materials import MATERIALS
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -108,6 +109,7 @@ class Scene(Part, metaclass=SceneType):
         labels = labels_of(own, where)
         kind = Kind.of(labels, where)
         _require_all_of_yarn(kind, yarn, where)
+        _require_same_problem(kind, flat(defaults), where)
         for key in (*keys, *(name for name, inside in document.items() if inside == {})):
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
@@ -140,6 +142,7 @@ class Scene(Part, metaclass=SceneType):
         labels = {name: keys[name] for name in Labels.model_fields if name in keys}
         kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
         _require_all_of_yarn(kind, yarn, where)
+        _require_same_problem(kind, self._own_values(), where)
         for key in keys:
             if not kind.has(key):
                 raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
@@ -353,6 +356,16 @@ def _default_of(key: str, kind: Kind) -> Any:
     section, _, name = key.partition(".")
     described = kind.sections[section] if kind.has(key) else all_keys()[key]
     return lists(described.model_fields[name].default)
+
+
+def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> None:
+    """Refuse a yarn or a load that a kind does not model, where it would be left out; isotropic laws are alike."""
+    for key, value in kind.part.retired.items():
+        given = before.get(key, value)
+        alike = given == value or (key == "yarn.material" and not MATERIALS.find(given).directional)
+        if key.startswith(("yarn.", "load.")) and not alike:
+            of = f"fidelity {kind.fidelity.name} and specimen {kind.specimen.name} know no other"
+            raise ConfigurationError(f"{where}: {key} is {given!r} but must be {value!r}: {of}")
 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
