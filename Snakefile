@@ -1,7 +1,5 @@
 # The study: scene -> geometry -> mesh -> simulation -> contacts -> figures, tables, report.
 # `snakemake` alone makes the study that config/config.yaml names; any file under results/ is a target as well.
-import threading
-
 from snakemake.utils import min_version
 
 min_version("9.11.7")
@@ -11,11 +9,31 @@ configfile: workflow.source_path("config/config.yaml")
 
 
 include: "workflow/rules/common.smk"
+
+
+# The first rule is what `snakemake` alone makes; a workflow that imports this one has a first rule of its own.
+rule all:
+    input:
+        wanted(STUDY),
+        lambda wildcards: FIGURES(wildcards),
+        lambda wildcards: TABLES(wildcards),
+        lambda wildcards: REPORT,
+    message:
+        f"Study {CONFIGURATION.study}: complete"
+
+
 include: "workflow/rules/stages.smk"
-include: "workflow/rules/displays.smk"
-include: "workflow/rules/figures.smk"
-include: "workflow/rules/tables.smk"
-include: "workflow/rules/report.smk"
+
+
+# Figures, tables and the report belong to a wing of the package, which may have been removed.
+FIGURES = TABLES = lambda wildcards: []
+REPORT = []
+if any(wing.report for wing in wings()):
+
+    include: "workflow/rules/displays.smk"
+    include: "workflow/rules/figures.smk"
+    include: "workflow/rules/tables.smk"
+    include: "workflow/rules/report.smk"
 
 
 # Seconds each: Snakemake runs them itself where other jobs wait in a queue, since a start costs a minute there.
@@ -27,11 +45,8 @@ localrules:
     report,
 
 
-def cancel_timers():
-    """Cancel all timers. Snakemake's scheduler leaves some of `max-jobs-per-timespan`, and its process waits for them."""
-    for thread in threading.enumerate():
-        if isinstance(thread, threading.Timer):
-            thread.cancel()
+onstart:
+    expect_jobs()
 
 
 onsuccess:
@@ -42,19 +57,8 @@ onerror:
     cancel_timers()
 
 
-rule all:
-    default_target: True
-    input:
-        wanted(STUDY),
-        FIGURES,
-        TABLES,
-        REPORT,
-    message:
-        "Study {config[study]}: complete"
-
-
 rule campaign:
     input:
         lambda wildcards: wanted(campaign()),
     message:
-        "All scenes of {config[folder]}: complete"
+        f"All scenes of {CONFIGURATION.folder}: complete"

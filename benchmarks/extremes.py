@@ -32,22 +32,23 @@ from typing import Annotated, Any
 import numpy as np
 import pandas as pd
 import xarray as xr
+from history_checks import faults, hourglass_share_when_loaded, is_unloaded, unbalanced_contact
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
 from knitstudy.files import write_text
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.measures import history_checks as checks
+from knitstudy.measures.response import ledger_gaps, penetration
 from knitstudy.registry import find, unknown_choice
-from knitstudy.run.code import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
-from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 
@@ -281,7 +282,7 @@ def judged(trial: Trial, plan: Plan, folder: Path) -> dict[str, Any]:
         scene = trial.scene()
         history = simulate(scene, folder, plan=plan, anew=True).history
         row = measured(history, scene) | {"seconds [s]": time.process_time() - started}
-        wrong = checks.faults(history, scene)
+        wrong = faults(history, scene)
         if not wrong and row["seconds [s]"] <= trial.cheap:
             row |= twice(scene, history, plan, folder)
             if (difference := row.get("twice the increments [1]", 0.0)) > SAME:
@@ -311,15 +312,15 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "force over E R2 [1]": force / (scene.yarn.youngs_modulus * scene.yarn.radius**2),
         "balance [1]": float(history["residual"].max()),
     }
-    if not checks.is_unloaded(history, scene):
-        gaps = checks.ledger_gaps(history)
+    if not is_unloaded(history, scene):
+        gaps = ledger_gaps(history)
         row["ledger [1]"], row["ledger at full load [1]"] = gaps.max(), gaps[-1]
         if scene.value("gates.hourglass") is not None:
-            row["hourglass [1]"] = checks.hourglass_share_when_loaded(history)
+            row["hourglass [1]"] = hourglass_share_when_loaded(history)
     if "smallest_gap" in history:
-        row["penetration over R [1]"] = checks.penetration(history) / scene.yarn.radius
+        row["penetration over R [1]"] = penetration(history) / scene.yarn.radius
     if "yarn_force" in history:
-        row["balance of contact [1]"] = checks.unbalanced_contact(history)
+        row["balance of contact [1]"] = unbalanced_contact(history)
     return row
 
 
@@ -331,7 +332,7 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     except KnitstudyError as error:
         return {"in twice the increments": message_of(error)}
     largest = float(np.abs(history["force"]).max())
-    if largest == 0.0 or checks.is_unloaded(history, scene):
+    if largest == 0.0 or is_unloaded(history, scene):
         return {}
     return {"twice the increments [1]": abs(float(other["force"][-1] - history["force"][-1])) / largest}
 

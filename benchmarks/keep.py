@@ -11,7 +11,7 @@ import argparse
 import datetime
 import subprocess
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -27,22 +27,22 @@ from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.scale import GRADES, NOT_RUN
 from knitstudy.paper.figures import draw
-from knitstudy.paper.report.files import ScreenPicture, read_sources
-from knitstudy.paper.report.kept_tables import (
+from knitstudy.paper.report import (
     REFERENCE,
     SIMULATED,
     STUDY,
     VERDICTS,
     VERDICTS_KEPT,
+    ScreenPicture,
     full_study,
+    read_sources,
 )
 from knitstudy.paper.tables.reference import limits, values_of
-from knitstudy.run.catalogue import FIGURES, TABLES
-from knitstudy.run.code import physics_digest
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import STAGES
+from knitstudy.run.stages import STAGES, physics_digest
+from knitstudy.run.store import Store
 from knitstudy.use.style import save
 
 RESULTS, NOTES = Path("results"), Path("docs/notes")
@@ -81,7 +81,7 @@ VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report"
 def keep_verdicts(config: Path = CONFIG) -> str:
     """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
     plan, study = Plan.of(config), load_study(STUDY, config)
-    scenes = plan.up_to_date([plan.scenes[name] for name in study], RESULTS)
+    scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
     if not scenes:
         message = f"has no simulation of the study {STUDY!r} that is up to date"
         raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
@@ -182,9 +182,22 @@ def values_beside(kept: Path) -> Path:
     return kept.with_name(f"{kept.stem}_values.csv")
 
 
+def up_to_date(
+    plan: Plan, scenes: Iterable[Scene], results: Path, stages: Collection[str] = tuple(STAGES)
+) -> list[Scene]:
+    """Return those scenes whose datasets, of some stages, are all there and up to date."""
+    store = Store(results)
+
+    def there(scene: Scene) -> bool:
+        steps = (plan.step(name, scene) for name in stages if STAGES[name].of(scene))
+        return all(store.holds(step) for step in steps if step.stage.is_dataset)
+
+    return list(filter(there, scenes))
+
+
 def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONFIG) -> pd.DataFrame:
     """Return the values of those simulations among scenes whose results are there and up to date."""
-    there = Plan.of(config).up_to_date(scenes.values(), results, SIMULATED)
+    there = up_to_date(Plan.of(config), scenes.values(), results, SIMULATED)
     stages = [STAGES[name] for name in SIMULATED]
     read = ({scene.name: read_result(results / stage.path(scene)) for scene in there} for stage in stages)
     return values_of(*read)

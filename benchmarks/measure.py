@@ -14,8 +14,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.history import Meter
-from knitstudy.run.job import end_with_parent
 
 HERE = Path(__file__).resolve().parent
 

@@ -30,8 +30,8 @@ from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
 from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
-from knitstudy.run.advice.trade import code_of, collect, run
 from knitstudy.run.configuration import drawn_defaults
+from knitstudy.run.trade import code_of, collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices

@@ -169,19 +169,29 @@ TEXTS = (*STAMP, "digest", "code")
 # Tables as CSV
 
 
-def write_table(table: pd.DataFrame, path: Path | str, seal: bool = False) -> None:
-    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``.
-
-    With a seal, a hidden file beside it keeps its checksum; `read_table` refuses the table once it is edited or cut.
-    """
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
     with replacing(path) as temporary:
         table.to_csv(temporary, index=False)
-        if seal:
-            write_text(file_digest(temporary), _seal_of(path))
+
+
+def seal(path: Path | str, digest: str) -> None:
+    """Keep the checksum of a result that is no netCDF file, and its digest, in a hidden file beside it.
+
+    `read_table` refuses a sealed table once it is edited or cut.
+    """
+    write_text(f"{file_digest(Path(path))} {digest}", _seal_of(path))
 
 
 def _seal_of(path: Path | str) -> Path:
     return Path(path).with_name(f".{Path(path).name}.sum")
+
+
+def _sealed(path: Path) -> tuple[str, str]:
+    """Return the checksum and the digest in the seal of a file, empty texts where it has none."""
+    seal = _seal_of(path)
+    checksum, _, digest = seal.read_text(encoding="utf-8").partition(" ") if seal.is_file() else ("", "", "")
+    return checksum, digest
 
 
 def file_digest(path: Path) -> str:
@@ -221,8 +231,8 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     """
     import pandas as pd
 
-    path, seal = Path(path), _seal_of(path)
-    if path.is_file() and seal.is_file() and seal.read_text(encoding="utf-8") != file_digest(path):
+    path = Path(path)
+    if path.is_file() and _sealed(path)[0] not in ("", file_digest(path)):
         raise DataFileError(f"{path}: was changed after it was written; delete it and run `make study`")
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
@@ -359,10 +369,12 @@ def fault_of(dataset: xr.Dataset) -> str:
 
 
 def recorded_digest(path: Path | str) -> str:
-    """Return the digest that a file was written with; an empty text where it has none or is marked incomplete.
+    """Return the digest that a result was written with; an empty text where it has none or is marked incomplete.
 
-    Raises DataFileError when the file is truncated or no netCDF, and HeldOpenError while another program writes to it.
+    Raises DataFileError when a dataset is truncated or no netCDF, and HeldOpenError while another program writes to it.
     """
+    if Path(path).suffix != ".nc":
+        return _sealed(Path(path))[1]
     import netCDF4
 
     try:

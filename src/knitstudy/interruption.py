@@ -1,9 +1,11 @@
-"""Ctrl-C at a moment where it would do harm."""
+"""Ctrl-C at a moment where it would do harm, and the end of whoever started this process."""
 
 from __future__ import annotations
 
+import os
 import signal
 import threading
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -27,3 +29,18 @@ def uninterrupted() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
         if came:
             signal.raise_signal(signal.SIGINT)
+
+
+def end_with_parent() -> None:
+    """End this process when the one that started it is killed.
+
+    An orphan would go on writing the restart file that the next run goes on from, and take the machine's time.
+    """
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(0.5)
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    threading.Thread(target=watch, daemon=True).start()

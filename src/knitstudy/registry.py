@@ -2,6 +2,9 @@
 
 Files of the package are found in the folder of their kind. Those from outside are plugins: entry points of the group
 ``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers its entries.
+
+A wing is a folder of the package that nothing below imports, so that a checkout without the folder works: what the
+wing adds is known by the `Wing` in its ``__init__``.
 """
 
 from __future__ import annotations
@@ -10,6 +13,8 @@ import difflib
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from importlib.metadata import entry_points
 from importlib.util import find_spec
@@ -27,6 +32,7 @@ PLUGINS = "knitstudy.plugins"  # Group of entry points
 
 _imported: dict[str, str] = {}  # The modules of plugins, by the names that asked for them
 
+
 Entry = TypeVar("Entry")  # Entry of a registry: an object or a class with a `name`
 
 
@@ -39,10 +45,10 @@ class Registry(Generic[Entry]):
         Kind of the entries, or the key that names one; begins messages.
     package : str, optional
         Dotted name of the package whose modules, or of the module that, register entries; imported when one is asked
-        for.
+        for. By default, or if it is empty, entries come from plugins alone.
     """
 
-    def __init__(self, what: str, package: str | None = None) -> None:
+    def __init__(self, what: str, package: str = "") -> None:
         self.what, self._package = what, package
         self._entries: dict[str, Entry] = {}
         self._modules: dict[str, str] = {}
@@ -52,16 +58,17 @@ class Registry(Generic[Entry]):
 
         Raises ConfigurationError if another entry has the same name.
         """
-        if entry.name in self._entries:
-            raise ConfigurationError(f"{self.what} {entry.name!r} is registered twice")
-        self._entries[entry.name] = entry
-        self._modules[entry.name] = sys._getframe(1).f_globals["__name__"]
+        name: str = entry.name  # type: ignore[attr-defined]  # of an object, or of a class
+        if name in self._entries:
+            raise ConfigurationError(f"{self.what} {name!r} is registered twice")
+        self._entries[name] = entry
+        self._modules[name] = sys._getframe(1).f_globals["__name__"]
         return entry
 
     def all(self) -> dict[str, Entry]:
         """Return all entries, in the order of their names, whatever module has been imported first."""
-        if self._package is not None:
-            name, self._package = self._package, None
+        if self._package:
+            name, self._package = self._package, ""
             modules = iter_modules(getattr(import_module(name), "__path__", []))
             for module in sorted(modules, key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
@@ -87,6 +94,32 @@ class Registry(Generic[Entry]):
         """Return the dotted name of the module that registers an entry."""
         self.find(name)
         return self._modules[name]
+
+
+@dataclass(frozen=True)
+class Wing:
+    """What a removable folder of the package adds, in dotted names, whose modules are imported when they are needed.
+
+    The folder's ``__init__`` has it under the name ``WING``.
+    """
+
+    # Subcommands by name: ``module:function``, and the line of the help
+    commands: Mapping[str, tuple[str, str]] = field(default_factory=dict)
+    # Functions that write files for other programs, ``module:function`` by the name of their stage
+    exports: Mapping[str, str] = field(default_factory=dict)
+    names: Mapping[str, str] = field(default_factory=dict)  # ``module:name`` of public names of the package
+    figures: str = ""  # package whose modules register figures
+    tables: str = ""  # package whose modules register tables
+    report: str = ""  # module of the report
+
+
+@cache
+def wings() -> tuple[Wing, ...]:
+    """Return the wings that are there, in the order of the names of their folders."""
+    package = __name__.partition(".")[0]
+    folders = sorted(entry.name for entry in iter_modules(import_module(package).__path__) if entry.ispkg)
+    modules = (import_module(f"{package}.{name}") for name in folders)
+    return tuple(module.WING for module in modules if hasattr(module, "WING"))
 
 
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:

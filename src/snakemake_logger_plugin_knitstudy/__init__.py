@@ -14,6 +14,11 @@ from pathlib import Path
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
+EXPECTED: dict[int, tuple[str, float]] = {}
+"""Kind and expected seconds of every job that is to run, by its number: the workflow says them at its start."""
+
+SHORT = 5.0  # Expected seconds of other jobs
+
 FAILED_JOB = re.compile("^RuleException|job did not complete")  # The job itself has said why
 EXPLAINED = "error in "  # How the message of a job that failed begins, in its log and on the console
 
@@ -25,7 +30,7 @@ class LogHandler(LogHandlerBase):
     has_filter, has_formatter, needs_rulegraph = True, True, False
 
     def __post_init__(self) -> None:
-        self.started, self.messages, self.last, self.planned = time.monotonic(), {}, "", False
+        self.messages, self.last, self.planned, self.clock = {}, "", False, Clock()
 
     def emit(self, record: logging.LogRecord) -> None:
         """Print what a user wants to know of a record."""
@@ -36,12 +41,14 @@ class LogHandler(LogHandlerBase):
                     self.print(f"{count:6}  {rule}")
             case LogEvent.JOB_INFO:
                 self.messages[record.jobid] = record.rule_msg or record.rule_name
+                self.clock.begin(record.jobid, record.rule_name)
             case LogEvent.JOB_FINISHED:
                 self.last = self.messages.pop(record.job_id, "")
+                self.clock.end(record.job_id)
             case LogEvent.PROGRESS:
-                self.print(
-                    f"[{record.done}/{record.total}] {self.last}{self.left(record.done, record.total)}"
-                )
+                minutes = self.clock.left(record.total - record.done) / 60
+                left = f" ({minutes:.0f} min left)" if minutes >= 1 else ""
+                self.print(f"[{record.done}/{record.total}] {self.last}{left}")
             case LogEvent.JOB_ERROR:
                 self.print(unexplained(record.rule_msg or record.rule_name, record.log))
             case LogEvent.ERROR if not FAILED_JOB.search(record.getMessage()):
@@ -49,15 +56,43 @@ class LogHandler(LogHandlerBase):
             case None if record.getMessage().startswith("Nothing to be done"):
                 self.print(record.getMessage())
 
-    def left(self, done: int, total: int) -> str:
-        """Return in words how long the other jobs take, if they take as long as those that are done."""
-        minutes = (time.monotonic() - self.started) * (total / done - 1) / 60
-        return f" ({minutes:.0f} min left)" if minutes >= 1 else ""
-
     def print(self, line: str) -> None:
         """Print a line on standard error, where messages of jobs appear as well."""
         if line:
             print(line, file=sys.stderr, flush=True)
+
+
+class Clock:
+    """Estimates the time that is left: jobs of one kind take the same share of what they were expected to take."""
+
+    def __init__(self) -> None:
+        self.started = time.monotonic()
+        self.running: dict[int, tuple[float, str]] = {}  # when each job began, and its rule
+        self.ended: dict[str, list[float]] = {}  # seconds taken and expected, by kind
+
+    def begin(self, job: int, rule: str) -> None:
+        """Note that a job has begun."""
+        self.running[job] = time.monotonic(), rule
+
+    def end(self, job: int) -> None:
+        """Note that a job has ended."""
+        began, rule = self.running.pop(job, (time.monotonic(), ""))
+        kind, expected = EXPECTED.pop(job, (rule, SHORT))
+        taken = self.ended.setdefault(kind, [0.0, 0.0])
+        taken[0] += time.monotonic() - began
+        taken[1] += expected
+
+    def left(self, jobs: int) -> float:
+        """Return about how many seconds all other jobs take, as many at a time as so far."""
+        kinds = list(EXPECTED.values()) or [("", SHORT)] * jobs
+        taken, expected = map(sum, zip(*self.ended.values(), strict=True))
+        at_once = max(taken / (time.monotonic() - self.started), 0.5)
+        usual = min(taken / expected, 1.0)
+        left = 0.0
+        for kind, seconds in kinds:
+            took, of = self.ended.get(kind, (usual, 1.0))
+            left += seconds * took / of
+        return left / at_once
 
 
 def unexplained(job: str, logs: list[str]) -> str:

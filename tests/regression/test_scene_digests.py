@@ -21,7 +21,7 @@ def digests() -> pd.DataFrame:
     try:
         scenes, planned = load_scenes(), plan.Plan.of()
         rows = [
-            (scene.name, name, planned.digest(stage, scene))
+            (scene.name, name, planned.step(name, scene).digest)
             for scene in scenes.values()
             for name, stage in STAGES.items()
             if stage.is_dataset and stage.of(scene)

@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import synthetic
 
-from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.reference import NEEDED
+from knitstudy.measures.reference import NEEDED, problem_of
 from knitstudy.measures.response import FORCE as FORCES
 from knitstudy.measures.response import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.paper.sweeps import DRAWN

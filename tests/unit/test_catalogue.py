@@ -13,9 +13,8 @@ from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
 from knitstudy.registry import load_plugins
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays
 from knitstudy.run.configuration import load_scenes
-from knitstudy.run.displays import Displays
 from knitstudy.run.plan import Plan
 
 TOY = """
@@ -64,6 +63,7 @@ def displays(catalogue, scenes, reference=None):
     return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
 
 
+@pytest.mark.wings
 def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
     assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (

@@ -14,7 +14,7 @@ from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit
 from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.measures.discretisation import problem_of
+from knitstudy.measures.reference import problem_of
 from knitstudy.paper.claims.contact import asymmetry
 from knitstudy.paper.claims.evidence import BY_OTHERS, Evidence, decide
 from knitstudy.paper.claims.fabric import PAPERS_MESH

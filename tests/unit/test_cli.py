@@ -39,6 +39,7 @@ def message(result):
     return line
 
 
+@pytest.mark.wings
 def test_help_and_completion_import_no_library_of_results_and_no_model(printed_and_imported):
     """A command starts in a third of the time: half of a second is what a shell waits for a completion."""
     code = (
@@ -50,7 +51,10 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
     assert printed_and_imported(code) == ["[0, 0, 0, 0]", "[]"]
 
 
-@pytest.mark.parametrize(("arguments", "reason"), REFUSED["usage"])
+OF_WINGS = [pytest.param(*each, marks=pytest.mark.wings) for each in REFUSED["usage_of_wings"]]
+
+
+@pytest.mark.parametrize(("arguments", "reason"), [*REFUSED["usage"], *OF_WINGS])
 def test_wrong_usage_has_status_2(knitstudy, arguments, reason):
     result = knitstudy(*arguments)
     assert result.exit_code == 2
@@ -208,6 +212,7 @@ def test_completion_of_scenes_and_keys(knitstudy, config):
     assert completed("run", "dns-a", "--set", "yarn.y") == ["plain,yarn.youngs_modulus="]
 
 
+@pytest.mark.wings
 def test_deck(knitstudy, tmp_path):
     coarse = ("--set", "mesh.size=0.66", "--set", "gates.elements_across=3", "--dialect", "calculix")
     result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
@@ -227,11 +232,7 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "simulation" / "a.nc")
 
-    def write_outputs(results, folder):
-        asked.update(outputs_of=results.scene, outputs_in=folder)
-
     monkeypatch.setattr("knitstudy.run.store.simulate", simulate)
-    monkeypatch.setattr("knitstudy.run.store.write_outputs", write_outputs)
     return asked
 
 
@@ -244,7 +245,6 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
     assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
-    assert (simulated["outputs_of"], str(simulated["outputs_in"])) == (simulated["scene"], "mine")
 
 
 @pytest.mark.parametrize(
@@ -260,6 +260,7 @@ def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, st
     assert result.stderr.startswith("error: so" if status != 130 else "error: stopped; stages that were done")
 
 
+@pytest.mark.wings
 def test_show(knitstudy, knit, tmp_path):
     write_dataset(geometry(knit), "knit.nc")
     assert ["kind", "geometry", ""] in table(knitstudy("show", "knit.nc"))
@@ -270,6 +271,7 @@ def test_show(knitstudy, knit, tmp_path):
     ]
 
 
+@pytest.mark.wings
 def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
     assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
@@ -299,6 +301,7 @@ def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
 HALF_CARDIGAN = ROOT / "examples" / "knitout" / "half_cardigan.k"
 
 
+@pytest.mark.wings
 def test_stitches_of_a_machine_file(knitstudy):
     result = knitstudy("stitches", HALF_CARDIGAN, "--rows", "3:8", "--needles=2:7")
     assert result.exit_code == 0, result.stderr
@@ -322,6 +325,7 @@ DRAWN = {
 }
 
 
+@pytest.mark.wings
 def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
     changes = [f"--set={key}={value}" for key, value in DRAWN.items()]
     checked = knitstudy("check", "fabric-acrylic-stockinette-course-free", *changes)
@@ -361,5 +365,5 @@ def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
 
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
-    monkeypatch.setattr("knitstudy.run.advice.trade.run", lambda *_, **__: pytest.fail("it ran"))
+    monkeypatch.setattr("knitstudy.run.trade.run", lambda *_, **__: pytest.fail("it ran"))
     assert "measured.csv: has no column" in message(knitstudy("measure", "yarns-tie-course"))

@@ -12,7 +12,7 @@ from importlinter.cli import lint_imports
 import knitstudy
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.kinds import Labels, all_sections, role_of
-from knitstudy.measures.discretisation import HOW_FAR, physics_of
+from knitstudy.measures.reference import HOW_FAR, physics_of
 from knitstudy.run.configuration import load_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -52,6 +52,7 @@ def test_documentation_is_up_to_date(docs_script, name):
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
 
 
+@pytest.mark.wings
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: str(page.relative_to(ROOT)))
 def test_texts_name_modules_and_keys_that_are_there(page):
     text = page.read_text(encoding="utf-8")

@@ -27,9 +27,8 @@ from knitstudy.paper import figures
 from knitstudy.paper.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.paper.figures.fig15_force_strain import CUT
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use import picture, renderer, style
-from knitstudy.use.picture import arrow, sphere, tube
-from knitstudy.use.renderer import Picture, RenderingError, Surface, View
+from knitstudy.use import solids, style
+from knitstudy.use.solids import Picture, RenderingError, Surface, View, arrow, sphere, tube
 from knitstudy.use.style import describe, save
 
 ROUNDING = 0.01  # inches, half the width of an axis
@@ -118,14 +117,14 @@ def pictures(monkeypatch):
         shown.append(picture)
         return np.full((4, 4, 4), 128, dtype=np.uint8)
 
-    monkeypatch.setattr(renderer, "rendered", record)
+    monkeypatch.setattr(solids, "rendered", record)
     return shown
 
 
 @pytest.fixture
 def drawn(results, pictures, monkeypatch):
     """Function that draws a figure, coarsely, from scenes by the names that the workflow gives them."""
-    monkeypatch.setattr(picture, "AROUND", 12)
+    monkeypatch.setattr(solids, "AROUND", 12)
     monkeypatch.setenv(style.RESOLUTION, "50")
 
     def draw(name, **others):
@@ -173,7 +172,7 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
     def fail(picture):
         raise RenderingError("VTK cannot render here")
 
-    monkeypatch.setattr(renderer, "rendered", fail)
+    monkeypatch.setattr(solids, "rendered", fail)
     with caplog.at_level(logging.ERROR):
         figure = figures.draw("fig01_unit_cell", **results("fig01_unit_cell"))
     (note,) = figure.texts
@@ -248,7 +247,7 @@ def test_rendered_sphere_is_round_and_in_its_place(opacity):
     left, right, bottom, top = window = (-1.5, 4.5, 0.5, 3.5)
     surfaces = (sphere(centre, radius, "#0072B2", opacity),)
     try:
-        image = renderer.rendered(Picture(surfaces, view, window, (300, 150)))
+        image = solids.rendered(Picture(surfaces, view, window, pixels=(300, 150)))
     except RenderingError:
         pytest.skip("VTK cannot render on this machine")
     covered = image[..., 3] > 0.25 * opacity * 255

@@ -5,19 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from history_checks import DEEPEST, faults, is_unloaded, unbalanced_contact
 from synthetic import history
 
 from knitstudy.files import STRAINS
 from knitstudy.knit.loading.history import FORMS
-from knitstudy.measures.history_checks import (
-    DEEPEST,
-    faults,
-    hourglass_share,
-    is_unloaded,
-    ledger_gap,
-    penetration,
-    unbalanced_contact,
-)
+from knitstudy.measures.response import hourglass_share, ledger_gap, penetration
 from knitstudy.measures.summary import summarise
 from knitstudy.run.catalogue import TABLES
 
@@ -120,6 +113,7 @@ def direct():
     )
 
 
+@pytest.mark.wings
 def test_table_of_a_direct_simulation(direct):
     assert ledger_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
     # The first increment does not count: its 0.03 J are less than 1% of 3.9 J.

@@ -21,6 +21,7 @@ from knitstudy.files import (
     read_table,
     recorded_digest,
     replacing,
+    seal,
     write_dataset,
     write_table,
 )
@@ -85,7 +86,8 @@ def test_a_result_that_another_program_writes_to_is_not_called_broken(tmp_path, 
 
 def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
     table = pd.DataFrame({"force [N]": [1.0, 2.0]})
-    write_table(table, tmp_path / "a.csv", seal=True)
+    write_table(table, tmp_path / "a.csv")
+    seal(tmp_path / "a.csv", "digest")
     pd.testing.assert_frame_equal(read_table(tmp_path / "a.csv"), table)
     (tmp_path / "a.csv").write_text("force [N]\n1.0\n")
     with refusal(r"a\.csv: was changed after it was written; delete it"):

@@ -12,9 +12,10 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.mechanics.membrane import ExponentialLaw, forces_per_width
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.record import Record
-from knitstudy.use.membrane import THICKNESS, solid_entries
-from knitstudy.use.membrane_fit import States, fit_exponentials, law_of, membrane
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import described
+from knitstudy.use.fabric_law import States, fit_exponentials, law_of, membrane
+from knitstudy.use.inp import THICKNESS, solid_entries
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
 COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))
@@ -107,9 +108,9 @@ def results(tmp_path_factory):
     """Histories of cells of one fabric, and one of another yarn."""
     folder, scene = tmp_path_factory.mktemp("cells"), load_scene("cell-course")
     for name, history in cells(ORTHOTROPIC).items():
-        write_dataset(Record("simulation", scene, {}).describe(history), folder / f"{name}.nc")
-    other = Record("simulation", scene.vary({"yarn.poisson_ratio": 0.1}), {})
-    write_dataset(other.describe(history), folder / "other.nc")
+        write_dataset(described(history, Plan({}).step("simulation", scene)), folder / f"{name}.nc")
+    other = Plan({}).step("simulation", scene.vary({"yarn.poisson_ratio": 0.1}))
+    write_dataset(described(history, other), folder / "other.nc")
     return folder
 
 

@@ -22,10 +22,9 @@ from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.models.spline_yarns.build import undeformed, undeformed_yarns
 from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
-from knitstudy.use.picture import AROUND
 from knitstudy.use.plot import draw
-from knitstudy.use.series import write_series
-from knitstudy.use.vtu import write_spline_yarns
+from knitstudy.use.solids import AROUND
+from knitstudy.use.vtu import write_series, write_spline_yarns
 
 
 def test_histories_are_drawn_beside_each_other():

@@ -13,9 +13,8 @@ from knitstudy.files import read_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import plain_knit
-from knitstudy.measures.discretisation import problem_of
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import Reference, transferred_uncertainty
+from knitstudy.measures.reference import Reference, problem_of, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.paper.claims.combinations import OPEN, combinations_of, exclusive
 from knitstudy.paper.claims.evidence import Judgement

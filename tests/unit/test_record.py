@@ -12,9 +12,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
-from knitstudy.run.record import keys_of, scenes_of
-from knitstudy.run.stages import STAGES
-from knitstudy.run.store import simulate
+from knitstudy.run.store import described, keys_of, scenes_of, simulate
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "rom.contacts_from": None, "solver.increments": 1}
 
@@ -49,6 +47,7 @@ def test_files_follow_the_conventions_and_describe_their_variables(folder):
     assert data.swap_dims(increment="strain").force.interp(strain=0.005) > 0
 
 
+@pytest.mark.wings
 def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
     again = command("run", file, "--anew", "-o", tmp_path)
     assert again.exit_code == 0, again.output
@@ -62,6 +61,7 @@ def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
     assert float(force[3]) == pytest.approx(0.5, rel=1e-5), "forces scale with the modulus"
 
 
+@pytest.mark.wings
 def test_keys_that_differ_from_defaults_come_first(file):
     rows = [row.split("\t") for row in command("show", file, "--keys").stdout.splitlines()]
     assert rows[0] == ["key", "value", "default", "unit"]
@@ -74,7 +74,7 @@ def test_keys_that_differ_from_defaults_come_first(file):
 def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
     plan = Plan.of(config)
     scene = plan.scenes["rom3d-a"]
-    data = plan.record(STAGES["simulation"], scene).describe(xr.Dataset({"strain": ("increment", [0.0])}))
+    data = described(xr.Dataset({"strain": ("increment", [0.0])}), plan.step("simulation", scene))
     write_dataset(data, tmp_path / "a.nc")
     actual, sources = scenes_of(read_dataset(tmp_path / "a.nc"), "a.nc")
     assert (actual, sources) == (scene, {"dns-a": plan.scenes["dns-a"]})
@@ -98,6 +98,7 @@ def test_files_without_keys_are_refused_by_one_line(attributes, error, message):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.wings
 def test_a_file_from_before_is_shown_and_compared(file, tmp_path):
     old = read_dataset(file)
     write_dataset(old.drop_attrs(deep=False).assign_attrs(scene="\x1b[2Jold"), tmp_path / "old.nc")

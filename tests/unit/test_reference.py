@@ -8,14 +8,12 @@ import synthetic
 
 from knitstudy.files import read_table, write_dataset
 from knitstudy.knit.contacts.contacts import extract
-from knitstudy.measures.discretisation import problem_of
-from knitstudy.measures.reference import reference_of
+from knitstudy.measures.reference import problem_of, reference_of
 from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
 from knitstudy.paper.tables.reference import values_of
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes, load_study
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import STAGES
 
 SIZES = (1 / 2, 1 / 3)
 
@@ -184,11 +182,11 @@ def forces(table):
 def test_only_simulations_that_are_up_to_date_are_kept(config, sources, tmp_path):
     """Their digests say so: one of the history and one of the contacts."""
     history, contacts = (next(iter(sources[name].values())) for name in ("histories", "contacts"))
-    plan, steps = Plan.of(config), [STAGES["simulation"], STAGES["contacts"]]
+    plan = Plan.of(config)
     scenes = {"dns-a": plan.scenes["dns-a"]}
+    steps = [plan.step(stage, scenes["dns-a"]) for stage in keep.SIMULATED]
     assert keep.values_found(scenes, tmp_path, config).empty
     for digests, there in (([None, "old"], False), ([None, None], True), (["old", None], False)):
-        for stage, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
-            of = scenes["dns-a"]
-            write_dataset(dataset, tmp_path / stage.path(of), of.name, digest or plan.digest(stage, of))
+        for step, dataset, digest in zip(steps, (history, contacts), digests, strict=True):
+            write_dataset(dataset, tmp_path / step.path, step.scene.name, digest or step.digest)
         assert set(keep.values_found(scenes, tmp_path, config)["scene"]) == (set(scenes) if there else set())

@@ -11,7 +11,7 @@ import yaml
 from matplotlib.figure import Figure
 from refusals import refusal
 
-from knitstudy.paper.report.page import numbers, render
+from knitstudy.paper.report import numbers, render
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use.style import save
 

@@ -21,12 +21,11 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.paper_values import number, numbers
-from knitstudy.paper.report.files import READERS
+from knitstudy.paper.report import READERS
 from knitstudy.paper.tables.table2_springs import AVERAGED, READINGS, tabulate, tabulate_averages
 from knitstudy.paper.unknowns import law_of, nodes_2d, nodes_3d
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
 
 
@@ -130,13 +129,13 @@ def results(knit):
 def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, results, name):
     def read(source):
         if isinstance(source, list):
-            return {scene.name: read((stage, scene)) for stage, scene in source}
+            return {step.scene.name: read(step) for step in source}
         if isinstance(source, Path):
             return READERS[source.suffix](source)
-        if source[1].name.startswith("fabric-"):
-            way, other = source[1].name.split("-")[-2:]
+        if source.scene.name.startswith("fabric-"):
+            way, other = source.scene.name.split("-")[-2:]
             return synthetic.fabric_cell(other, way)
-        return results[source[0].name].assign_attrs(scene=source[1].name)
+        return results[source.stage.name].assign_attrs(scene=source.scene.name)
 
     sources = {argument: read(source) for argument, source in offered.sources[name].items()}
     assert len(TABLES.make(name, **sources, scenes=offered.scenes(name)).columns)

@@ -16,8 +16,8 @@ from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR, applies
 from knitstudy.run.advice.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
-from knitstudy.run.advice.trade import measure, reference_values, rows_of, run
 from knitstudy.run.configuration import drawn_defaults, problem_of
+from knitstudy.run.trade import measure, reference_values, rows_of, run
 
 QUANTILE = Quantile(0.90, 0.95)
 TIED = Case("cut_knit", "tied")
@@ -192,7 +192,7 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
     def simulate(scene, folder, **options):
         raise end if end else os.kill(os.getpid(), signal.SIGXCPU)
 
-    monkeypatch.setattr("knitstudy.run.advice.trade.simulate", simulate)
+    monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
     problem = trade.scene(case, next(trade.points()), drawn_defaults())
     record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
     assert record["reason"].startswith(reason)

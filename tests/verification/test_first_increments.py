@@ -58,8 +58,12 @@ def known():
 
 def simulated(scene):
     """Return a scene and those that it takes results of."""
-    needs = plan().needs(SIMULATION, scene).values()
-    return [scene, *(other for stage, other in needs if stage.name in OF_OTHERS)]
+    needs = plan().step("simulation", scene).needs.values()
+    return [scene, *(step.scene for step in needs if step.stage.name in OF_OTHERS)]
+
+
+def digest_of(scene):
+    return plan().step("simulation", scene).digest
 
 
 @cache
@@ -69,7 +73,7 @@ def sources():
     Springs are measured where yarns have touched, which they may not do in the first increment.
     """
     others = [other for scene in plan().scenes.values() for other in simulated(scene)[1:]]
-    known = {plan().digest(SIMULATION, other): other.kind.interaction.touches for other in others}
+    known = {digest_of(other): other.kind.interaction.touches for other in others}
     return set(known), {digest for digest, touches in known.items() if touches}
 
 
@@ -79,31 +83,30 @@ class Starts:
     def __init__(self, folder):
         self.folder = folder
 
-    def obtain(self, stage, scene):
-        """Return the result of a stage, of simulations up to the first increment."""
-        digest = plan().digest(stage, scene)
+    def obtain(self, step):
+        """Return the result of a step, of simulations up to the first increment."""
+        stage, digest = step.stage, step.digest
         path = self.folder / f"{digest}.nc"
         if path.is_file():
             return read_dataset(path)
-        needed = {name: self.obtain(*step) for name, step in plan().needs(stage, scene).items()}
-        seen, (shared, whole) = scene.only(stage.document(scene), stage.keys(scene)), sources()
+        needed, (shared, whole) = {name: self.obtain(need) for name, need in step.needs.items()}, sources()
         run = {"run": Run() if digest in whole else Run(progress=stop)} if stage.restarts else {}
         try:
             with serial_blas():
-                actual = stage.function(seen, **needed, **run)
+                actual = stage.function(step.seen, **needed, **run)
         except Reached as reached:
             actual = reached.history
         if stage.name in SHARED or digest in shared:
-            write_dataset(actual, path, scene.name, digest)
+            write_dataset(actual, path, step.scene.name, digest)
         return actual
 
     def why_it_ends(self, scene):
         """Return why a scene ends, or nothing where its first increment is accepted."""
-        path = self.folder / f"{plan().digest(SIMULATION, scene)}.txt"
+        path = self.folder / f"{digest_of(scene)}.txt"
         if not path.is_file():
             started = time.process_time()
             try:
-                self.obtain(SIMULATION, scene)
+                self.obtain(plan().step("simulation", scene))
                 message = ""
             except KnitstudyError as error:
                 message = f"{type(error).__name__}: {error}"
@@ -117,7 +120,7 @@ def price(scene):
     if starts_from_rest(scene):
         seconds += REST * scene.pattern.loops * scene.pattern.rows
     for each in simulated(scene):
-        parts = 1 if plan().digest(SIMULATION, each) in whole else each.solver.increments
+        parts = 1 if digest_of(each) in whole else each.solver.increments
         seconds += SIMULATION.seconds(each) / parts
     return seconds
 

@@ -8,7 +8,7 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import IN_MEMORY
 from knitstudy.knit.mesh.mesher import mesh_scene, sampled_sections
 from knitstudy.knit.simulate import build, solve
-from knitstudy.measures.history_checks import ledger_gap
+from knitstudy.measures.response import ledger_gap
 from knitstudy.mechanics.batches import VARIABLE
 from knitstudy.mechanics.increment import Settings
 from knitstudy.mechanics.load_path import trace

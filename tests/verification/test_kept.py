@@ -18,10 +18,10 @@ from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.paper.fabrics import FORCES, Pulled, strip_of
 from knitstudy.run.advice import TRADE_KEPT
 from knitstudy.run.advice.sample import Inputs, load_trade
-from knitstudy.run.advice.trade import run
 from knitstudy.run.configuration import CONFIG, drawn_defaults, load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.store import simulate
+from knitstudy.run.trade import run
 
 SAME = 1e-6
 """Relative: solves end at corrections of 1e-8 of a yarn's radius; two orders are left for the force that follows."""

@@ -6,7 +6,7 @@ from refusals import refusal
 from scipy.optimize import brentq
 
 from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, forces_per_width, rectangle, strains
-from knitstudy.use.strip import stretch_strip
+from knitstudy.use.fabric_law import stretch_strip
 
 # A fabric with a J-shaped curve that contracts nearly as much as it stretches [N/m]
 FABRIC = ExponentialLaw(

@@ -8,7 +8,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from knitstudy.run.code import physics_digest
+from knitstudy.run.stages import physics_digest
 
 HERE = Path(__file__).parent
 TABLE = HERE.parents[1] / "resources" / "verification.csv"

@@ -2,9 +2,8 @@
 
 import pytest
 
-from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, STUDIES, load_study
-from knitstudy.run.displays import Displays, reference_files
 from knitstudy.run.plan import Plan
 
 TOY = """

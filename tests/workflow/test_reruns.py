@@ -1,8 +1,10 @@
 """A change runs what depends on it, and nothing else."""
 
 import re
+import shutil
 
 import pytest
+from conftest import Checkout
 
 from knitstudy.files import recorded_digest
 
@@ -81,3 +83,33 @@ def test_command_takes_results_of_the_study_and_writes_elsewhere(finished_copy):
     assert recorded_digest(folder / "runs" / "simulation" / f"{name}.nc") != first
     assert path.stat().st_mtime_ns == time, "results of a study are those of Snakemake"
     assert f"Simulate {name}" in finished_copy.jobs(str(path.relative_to(folder)))
+
+
+def test_copies_run_nothing_whatever_their_times(checkout, tmp_path):
+    """A fresh clone beside kept results: new times in any order, and nothing that Snakemake knows of them."""
+    folder = tmp_path / "a clone"
+    shutil.copytree(checkout.folder, folder, symlinks=True, copy_function=shutil.copy, ignore=without_records)
+    clone = Checkout(folder)
+    assert clone.jobs() == set()
+    (folder / "results" / "geometry" / "pair90.nc").touch()
+    assert clone.jobs() == set()
+    defaults = folder / "config" / "defaults.yaml"
+    text = defaults.read_text()
+    defaults.write_text(
+        text.replace("stiffness: 10               # E R", "stiffness: 11               # E R")
+    )
+    assert {job for job in data(clone.jobs()) if job.startswith("Simulate")} == {
+        "Simulate beam-isotropic-course-coarse"
+    }
+    defaults.write_text(text)
+    (folder / "results" / "tables" / "springs.csv").unlink()
+    damaged = folder / "results" / "mesh" / "pair-slid-coarse.nc"
+    damaged.write_bytes(damaged.read_bytes()[:2000])
+    jobs = clone.jobs()
+    assert {"Mesh pair-slid-coarse", "Build the table springs"} <= jobs
+    assert not [job for job in data(jobs) if "pair-slid" not in job and not job.startswith("Mesh")]
+
+
+def without_records(folder, names):
+    """Return what Snakemake keeps, which a fresh clone does not have."""
+    return {".snakemake"} & set(names)

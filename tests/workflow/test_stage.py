@@ -12,7 +12,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from knitstudy.errors import MeshError
 from knitstudy.run.job import frame
-job = SimpleNamespace(rule="mesh", wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
+job = SimpleNamespace(rule="knit_mesh", params={"stage": "mesh"}, wildcards=["dns-a"], threads=2, log=[sys.argv[1]])
 with frame(job) as progress:
 """
 

@@ -1,20 +1,28 @@
-# Scenes and stages, and what rules ask about them. Every value that a result depends on reaches its rule as an input or a
-# param. Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
+# Scenes and stages, and what rules ask about them. The digest of a result decides whether it is made again: it is a param
+# of its rule, and stands in its file. Times of files decide nothing, so that copies of results are as good as they are.
+# Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
 import os
 import shlex
 import sys
+import threading
 from functools import cache
 from pathlib import Path
 
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
-sys.executable = shlex.quote(sys.executable)
-sys.path.insert(0, str(Path(workflow.basedir) / "src"))
+sys.executable = shlex.quote(sys.executable.strip("'"))
+SOURCE = Path(workflow.current_basedir) / "../../src"
+if (
+    SOURCE.is_dir()
+):  # a checkout; another workflow that imports this one from elsewhere has knitstudy installed
+    sys.path.insert(0, str(SOURCE.resolve()))
+    os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, (sys.path[0], os.getenv("PYTHONPATH")))))
 
 from knitstudy.errors import KnitstudyError
-from knitstudy.registry import find, load_plugins
+from knitstudy.registry import load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
-from knitstudy.run.plan import Plan
+from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES
+from knitstudy.run.store import Store, digest_or_warning
 from knitstudy.run.configuration import (
     folder_of,
     load_scenes,
@@ -23,6 +31,8 @@ from knitstudy.run.configuration import (
     workflow_configuration,
 )
 from knitstudy.knit.scene.documents import RESOURCES
+
+RESULTS = "results"
 
 
 def stop(error):
@@ -39,13 +49,10 @@ try:
     PLAN = Plan(load_scenes(CONFIG)) if workflow.is_main_process else Plan.of(CONFIG)
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
     # Load paths that are known to end early, and what is made from them: the report names them.
-    ENDED = PLAN.ended_early(STUDY, Path("results"))
+    ENDED = Store(Path(RESULTS)).ended_early(PLAN, STUDY)
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
 except KnitstudyError as error:
     stop(error)
-
-
-RESULTS = "results"
 
 if workflow.is_main_process:
     for name, why in ENDED.items():
@@ -58,15 +65,10 @@ wildcard_constraints:
     scene="[^/.]+",
 
 
-def scene_of(wildcards, rule=None):
-    """Return the scene of a job: of a geometry, the first that has it; stop where there is none, or none of this stage."""
+def step_of(stage, wildcards):
+    """Return the step of a job: of a geometry, that of the first scene that has it; stop where there is none."""
     try:
-        if "knit" in wildcards.keys():
-            return find("knit", PLAN.knits, wildcards.knit)
-        scene = find("scene", PLAN.scenes, wildcards.scene)
-        if rule and not STAGES[rule].of(scene):
-            raise KnitstudyError(f"the scene {scene.name!r} has no {rule}")
-        return scene
+        return PLAN.step_of(stage, *wildcards)
     except KnitstudyError as error:
         stop(error)
 
@@ -78,28 +80,55 @@ def campaign():
 
 def wanted(scenes):
     """Return what a study consists of, beside its figures and tables."""
-    return [f"{RESULTS}/{path}" for path in PLAN.wanted(scenes)]
+    return [f"{RESULTS}/{step.path}" for step in PLAN.steps(scenes) if step.stage.wanted(step.scene)]
 
 
-# ---- Stages
+# ---- The digest decides
 
 
-def made(rule):
+@cache
+def recorded(path):
+    """Return the digest that a result was written with; an empty text where there is none."""
+    try:
+        return digest_or_warning(Path(path)) if os.path.isfile(path) else ""
+    except KnitstudyError as error:
+        stop(error)
+
+
+def decided(path, digest):
+    """Have a result made again that was written with another digest, whatever Snakemake has recorded of it."""
+    if workflow.is_main_process and os.path.isfile(path) and recorded(path) != digest:
+        workflow.dag.forcefiles.add(path)
+
+
+def settled(step):
+    """Return whether the result of a step, and all that it is made from, are there and up to date."""
+    path = f"{RESULTS}/{step.path}"
+    return recorded(path) == step.digest and all(map(settled, step.needs.values()))
+
+
+def source(what):
+    """Return the path of a step, or of a file; its time does not count where nothing behind it is to be made."""
+    if not isinstance(what, Step):
+        return ancient(str(what))
+    path = f"{RESULTS}/{what.path}"
+    return ancient(path) if workflow.is_main_process and settled(what) else path
+
+
+def needs_of(stage):
     """Return the function of the files that a job takes, by the parameters of the stage's function."""
 
     def files(wildcards):
-        try:
-            needs = PLAN.needs(STAGES[rule], scene_of(wildcards, rule))
-        except KnitstudyError as error:
-            stop(error)
-        return {name: f"{RESULTS}/{stage.path(scene)}" for name, (stage, scene) in needs.items()}
+        step = step_of(stage, wildcards)
+        decided(f"{RESULTS}/{step.path}", step.digest)
+        return {name: source(need) for name, need in step.needs.items()}
 
     return files
 
 
-def digest(rule):
+def digest_of_step(stage):
     """Return the function of the digest of a result."""
-    return lambda wildcards: PLAN.digest(STAGES[rule], scene_of(wildcards))
+    return lambda wildcards: step_of(stage, wildcards).digest
 
 
 # ---- What a queue is asked for
@@ -129,7 +158,7 @@ def array(rule):
 
 def largest(rule, need):
     """Return the function of what a job needs: in an array, which has one limit for all, what the largest job needs."""
-    return lambda wildcards: max(map(need, array(rule) or [scene_of(wildcards)]))
+    return lambda wildcards: max(map(need, array(rule) or [step_of(rule, wildcards).scene]))
 
 
 def memory(rule):
@@ -148,3 +177,20 @@ def runtime(rule):
     """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
     seconds = largest(rule, STAGES[rule].seconds)
     return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))
+
+
+def expect_jobs():
+    """Tell the progress of a study which jobs are to run, and how long each may take."""
+    from snakemake_logger_plugin_knitstudy import EXPECTED, SHORT
+
+    for job in workflow.dag.needrun_jobs():
+        stage = STAGES.get(job.params.get("stage"))
+        seconds = stage.seconds(step_of(stage.name, job.wildcards).scene) if stage else SHORT
+        EXPECTED[workflow.dag.jobid(job)] = job.rule.name, seconds
+
+
+def cancel_timers():
+    """Cancel all timers. Snakemake's scheduler leaves some of `max-jobs-per-timespan`, and its process waits for them."""
+    for thread in threading.enumerate():
+        if isinstance(thread, threading.Timer):
+            thread.cancel()

@@ -4,7 +4,7 @@
 @cache
 def displays(kind):
     """Return the figures or the tables of the study."""
-    from knitstudy.run.displays import Displays, reference_files
+    from knitstudy.run.catalogue import Displays, reference_files
 
     if kind == "figure":
         from knitstudy.run.catalogue import FIGURES as catalogue
@@ -15,20 +15,29 @@ def displays(kind):
 
 def paths_of(kind, *suffixes):
     """Return the function that lists the files of all figures or tables that the study can make."""
-    return lambda wildcards: [
-        f"{RESULTS}/{kind}s/{name}.{suffix}" for name in displays(kind).names() for suffix in suffixes
-    ]
+
+    def path(name, suffix):
+        path = f"{RESULTS}/{kind}s/{name}.{suffix}"
+        return ancient(path) if recorded(path) == displays(kind).digest(name) else path
+
+    return lambda wildcards: [path(name, suffix) for name in displays(kind).names() for suffix in suffixes]
 
 
-def sources_of(kind):
+def sources_of(kind, *suffixes):
     """Return the function of the files that one is made from by what they are; it stops where it cannot be made."""
 
     def sources(wildcards):
+        name = wildcards[kind]
         try:
-            found = displays(kind).files(wildcards[kind], RESULTS)
+            found = displays(kind).sources_of(name)
         except KnitstudyError as error:
             stop(error)
-        return found
+        for suffix in suffixes:
+            decided(f"{RESULTS}/{kind}s/{name}.{suffix}", displays(kind).digest(name))
+        return {
+            role: list(map(source, what)) if isinstance(what, list) else source(what)
+            for role, what in found.items()
+        }
 
     return sources
 
@@ -50,23 +59,35 @@ def digest_of(kind):
     return lambda wildcards: displays(kind).digest(wildcards[kind])
 
 
-def digest_of_report(wildcards):
+def data_of_study():
+    """Return every dataset of the study, in the order of its stages."""
+    return [step for step in PLAN.steps(STUDY) if step.stage.is_dataset]
+
+
+@cache
+def digest_of_report():
     """Return the digest of the report: of its code, its page, all figures and tables, and all data of the study."""
-    from knitstudy.run.code import code_digest
-    from knitstudy.run.displays import digests_of
+    from knitstudy.run.catalogue import digests_of
+    from knitstudy.knit.scene.scene import digest
+    from knitstudy.run.stages import code_digest
 
     files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
-    files |= {"data": data_of_study()}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]
-    code = code_digest("paper/report", "use/deformed.py", "use/viewer.html")
-    return [code, digests_of(files, PLAN), shown]
+    code = code_digest("paper/report.py", "use/deformed.py", "use/viewer.html")
+    return digest([code, digests_of(files | {"data": data_of_study()}), shown, notes(), CONFIGURATION.study])
+
+
+def data_of_report(wildcards):
+    """Return the files of all data of the study."""
+    decided(f"{RESULTS}/report.html", digest_of_report())
+    return list(map(source, data_of_study()))
 
 
 @cache
 def notes():
     """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.run.code import physics_digest
-    from knitstudy.paper.report.kept_tables import REFERENCE, age_warning, verdicts_warning
+    from knitstudy.run.stages import physics_digest
+    from knitstudy.paper.report import REFERENCE, age_warning, verdicts_warning
 
     try:
         warnings = [verdicts_warning(PLAN, CONFIG)]
@@ -77,8 +98,3 @@ def notes():
         stop(error)
     left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]
     return [*left_out, *(each for each in warnings if each)]
-
-
-def data_of_study():
-    """Return every dataset of the study, in the order of its stages."""
-    return [(stage, scene) for stage, scene in PLAN.steps(STUDY) if stage.is_dataset]

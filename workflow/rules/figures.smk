@@ -4,7 +4,7 @@ FIGURES = paths_of("figure", "png", "pdf")
 
 rule figure:
     input:
-        unpack(sources_of("figure")),
+        unpack(sources_of("figure", "png", "pdf")),
     output:
         png=report(
             update("results/figures/{figure}.png"),
@@ -17,6 +17,8 @@ rule figure:
         "logs/figure/{figure}.log",
     wildcard_constraints:
         figure="[^/]+",
+    conda:
+        "../envs/knitstudy.yaml"
     threads: 1
     resources:
         mem_mb=1000,

@@ -15,7 +15,7 @@ rule report:
         # Linked from the page.
         documents=paths_of("figure", "pdf"),
         tables=TABLES,
-        data=[f"{RESULTS}/{stage.path(scene)}" for stage, scene in data_of_study()],
+        data=data_of_report,
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
         kept=ancient(PAGE["kept"]),
@@ -24,13 +24,15 @@ rule report:
         update(f"{RESULTS}/report.html"),
     log:
         "logs/report.log",
+    conda:
+        "../envs/knitstudy.yaml"
     threads: 1
     resources:
         mem_mb=500,
     params:
-        study=config["study"],
+        study=CONFIGURATION.study,
         notes=lambda wildcards: notes(),
-        digest=digest_of_report,
+        digest=lambda wildcards: digest_of_report(),
     message:
         "Write the report"
     script:

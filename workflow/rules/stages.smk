@@ -6,19 +6,22 @@ for stage in STAGES.values():
         name:
             stage.name
         input:
-            unpack(made(stage.name)),
+            unpack(needs_of(stage.name)),
         output:
             update(f"{RESULTS}/{stage.path_pattern}"),
         log:
             f"logs/{stage.name}/{stage.label}.log",
         priority: 10 if stage.restarts else 0
         localrule: not stage.queued
+        conda:
+            "../envs/knitstudy.yaml"
         threads: 1
         resources:
             mem_mb=memory(stage.name),
             runtime=runtime(stage.name),
         params:
-            digest=digest(stage.name),
+            stage=stage.name,
+            digest=digest_of_step(stage.name),
         message:
             stage.message
         script:

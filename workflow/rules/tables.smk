@@ -4,7 +4,7 @@ TABLES = paths_of("table", "csv")
 
 rule table:
     input:
-        unpack(sources_of("table")),
+        unpack(sources_of("table", "csv")),
     output:
         report(
             update("results/tables/{table}.csv"),
@@ -16,6 +16,8 @@ rule table:
         "logs/table/{table}.log",
     wildcard_constraints:
         table="[^/]+",
+    conda:
+        "../envs/knitstudy.yaml"
     threads: 1
     resources:
         mem_mb=500,

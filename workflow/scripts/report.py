@@ -2,10 +2,9 @@
 
 from pathlib import Path
 
-from knitstudy.files import read_table, write_text
+from knitstudy.files import read_table, seal, write_text
 from knitstudy.knit.scene.documents import read_yaml
-from knitstudy.paper.report.page import origins, render
-from knitstudy.paper.report.turning_knit import turning_knit
+from knitstudy.paper.report import origins, render, turning_knit
 from knitstudy.registry import load_plugins
 from knitstudy.run.job import frame
 
@@ -25,3 +24,4 @@ with frame(snakemake):
         turning=turning_knit(captions["opening"]["turns"], map(Path, snakemake.input.data)),
     )
     write_text(page, snakemake.output[0])
+    seal(snakemake.output[0], snakemake.params.digest)

@@ -25,6 +25,7 @@ MIRRORED = (1, 0, 3, 2)  # Zone that a zone becomes when left and right are exch
 def loop_of(geometry: xr.Dataset, state: str) -> Loop:
     """Return the loop "before" or "after" the optimisation."""
     loop = fabric_of(geometry).loop
+    assert loop is not None, "a knit has a loop"
     if state == "before":
         return replace(loop, control_points=geometry["control_points_before"].to_numpy())
     return loop
@@ -33,7 +34,7 @@ def loop_of(geometry: xr.Dataset, state: str) -> Loop:
 def crossing_error(geometry: xr.Dataset) -> xr.DataArray:
     """Return the largest |D - 2R - c0| of a crossing by state [m]."""
     wanted = float((2 + geometry["clearance"]) * geometry["radius"])
-    return np.abs(geometry["crossing_distance"] - wanted).max("cell_zone")
+    return abs(geometry["crossing_distance"] - wanted).max("cell_zone")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Cost of simulations: memory, time and size; cost and response of square knits as they grow (Fig. 12a, Table 3)."""
+"""Cost of simulations: memory, time and size, and their growth in square knits (Fig. 12a, Table 3)."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ import xarray as xr
 from numpy.polynomial import Polynomial
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
 
 MEGABYTE = 1e6
 NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
@@ -40,10 +41,7 @@ def element_length(history: xr.Dataset) -> float:
     return float(step[same_yarn].mean())
 
 
-# Scenes of square knits go by their names, "{stem}-{n}x{n}" with the stems of `SERIES`.
-
-
-# Series by the stem of their names, with the scene of 3 x 3 cells where it is one of another name.
+# Stems of the names of square knits, "{stem}-{n}x{n}", with the scene of 3 x 3 cells if it is one of another name.
 SERIES = {
     "domain-yarns-tie-course": "yarns-tie-course",
     "domain-yarns-tie-wale": "yarns-tie-wale",
@@ -64,7 +62,7 @@ class Series:
     """Simulations of square knits, from the smallest to the largest, that differ in their number of cells alone."""
 
     stem: str
-    scenes: tuple[Scene, ...]
+    scenes: tuple[Looped, ...]
 
     @property
     def cells(self) -> np.ndarray:
@@ -108,18 +106,10 @@ class Series:
 
 def series_of(scenes: Iterable[Scene]) -> list[Series]:
     """Return the series (`SERIES`) among scenes, each of `FEWEST` sizes or more."""
-    scenes = list(scenes)
+    knits = [scene for scene in scenes if isinstance(scene, Looped)]
     series = []
     for stem, three in SERIES.items():
-        group = [scene for scene in scenes if scene.name == three or scene.name.startswith(f"{stem}-")]
+        group = [scene for scene in knits if scene.name == three or scene.name.startswith(f"{stem}-")]
         if len(group) >= FEWEST:
             series.append(Series(stem, tuple(sorted(group, key=lambda scene: scene.pattern.loops))))
     return series
-
-
-def force_per_width(history: xr.Dataset, scene: Scene, increment: int = -1) -> float:
-    """Return the force of the driven side over the width that it pulls, at full load or an increment [N/m]."""
-    spacing, count = scene.pattern.course_spacing, scene.pattern.rows
-    if scene.load.direction == "wale":
-        spacing, count = scene.pattern.wale_spacing, scene.pattern.loops
-    return float(history["force"][increment]) / (spacing * count)

@@ -92,7 +92,7 @@ def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float
     return _limit(limits[-1], spread, observed_order(h, f))
 
 
-def limit_of_degrees(degrees: Sequence[int], values: Sequence[float]) -> Limit:
+def limit_of_degrees(degrees: Sequence[float], values: Sequence[float]) -> Limit:
     """Return the limit of values of polynomials of rising degree, whose error falls by a factor a degree.
 
     Aitken's extrapolation where the last two changes have one sign and the later is the smaller one, with half of the

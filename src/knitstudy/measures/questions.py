@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import hypot
 
@@ -10,7 +10,9 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
+from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import Reference
@@ -22,14 +24,13 @@ from knitstudy.measures.response import (
     RMS_U_Z,
     SLIP,
     TANGENTIAL,
+    Values,
     at_strain,
 )
 
 TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"
 PRESSURE = "mean normal stress of a contact"
 ZONES = 4  # Crossings of a cell: they are numbered row by row, column by column, zone by zone
-
-Answer = Callable[[xr.Dataset, xr.Dataset | None], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class Question:
     by: Mapping[str, tuple[str, ...]]
 
 
-_SOLIDS = ("hexahedra", "spline_yarns")
-_ALL = (*_SOLIDS, "rom2d", "rom3d", "beam")
+_SOLIDS = tuple(name for name, model in MODELS.all().items() if model.solid)
+_ALL = MODELS.names()
 
 SHARES = tuple(round(0.1 * tenth, 1) for tenth in range(1, 11))
 """Shares of the strain at which a curve is compared."""
@@ -87,12 +88,13 @@ def answers(
 
     Slip is an answer for friction only. Contacts come from a direct simulation.
     """
-    wanted = question.by.get(scene.fidelity, ())
+    wanted = [*question.by.get(scene.fidelity, ())]
     if scene.interaction != "isotropic":
         wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]
     if scene.fidelity in _SOLIDS and contacts is None:
         wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
-    values = {name: _VALUES[name](history, contacts) for name in wanted if name in _VALUES}
+    both = history, history if contacts is None else contacts  # without contacts the history alone is read
+    values = {name: _VALUES[name](*both) for name in wanted if name in _VALUES}
     for name in wanted:
         if name in _OF_BEAMS and _OF_BEAMS[name] in history:  # cells of beams do not say
             values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
@@ -132,13 +134,14 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
 
 def _of_beams(values: np.ndarray, scene: Scene) -> np.ndarray:
     """Return the mean size (I,) over the crossings of the centre cell of values (I, k, ...) at all crossings."""
+    assert isinstance(scene, Looped), "yarns of loops cross"
     loops, rows = scene.pattern.loops, scene.pattern.rows
     middle = (rows // 2) * loops + loops // 2
     values = values[:, ZONES * middle : ZONES * (middle + 1)]
     return (np.linalg.norm(values, axis=-1) if values.ndim == 3 else np.nan_to_num(values)).mean(axis=1)
 
 
-_VALUES: dict[str, Answer] = {name: values for name, (_, values) in QUANTITIES.items()} | {
+_VALUES: dict[str, Values] = {name: values for name, (_, values) in QUANTITIES.items()} | {
     PRESSURE: _pressure
 }
 _OF_BEAMS = {TOTAL: "crossing_force", BEAM_SLIP: "crossing_slip"}  # Variables of their histories

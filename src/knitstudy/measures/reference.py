@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import nan
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -17,7 +18,6 @@ import xarray as xr
 from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures import response
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation, problem_of, resolution
 from knitstudy.measures.estimate import UNKNOWN, Estimate, Limit, limit_of_degrees, limit_of_sizes
 
 NEEDED = ("problem", "quantity", "strain [1]", "value", "uncertainty")  # Columns of the file that are read
@@ -163,7 +163,7 @@ class RefinementSeries:
         """Resolutions in words."""
         if self.name == SOLID_YARNS:
             return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
-        return ", ".join(f"{1e3 * scene.metres('mesh.size'):.3g}" for scene in self.scenes) + " mm"
+        return ", ".join(f"{_millimetres(scene):.3g}" for scene in self.scenes) + " mm"
 
     @property
     def order(self) -> float:
@@ -198,3 +198,62 @@ def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:
     name = discretisation(next(iter(by_resolution.values())))
     order = sorted(by_resolution, reverse=name != SOLID_YARNS)
     return RefinementSeries(name, tuple(by_resolution[resolution] for resolution in order))
+
+
+# Names of models and interactions, discretisations of direct simulations, and digests of physical problems.
+
+
+# Interactions in figures and tables.
+INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
+# By ``mesh.element``; elements of plugins go by their own names.
+HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
+
+SOLID_YARNS = "solid yarns"
+
+
+def is_direct(scene: Scene) -> bool:
+    """Whether a scene is a direct simulation, that is, of solids."""
+    return scene.kind.direct
+
+
+def discretisation(scene: Scene) -> str:
+    """Return the discretisation of a direct simulation in words, without its resolution."""
+    element = scene.value("mesh.element")
+    return SOLID_YARNS if element is None else HEXAHEDRA.get(element, element)
+
+
+def resolution(scene: Scene) -> float:
+    """Return the element size in yarn radii, or the degree of polynomials near crossings, of a direct simulation."""
+    degree = scene.value("mesh.crossing_degree")
+    return float(scene.value("mesh.size") if degree is None else degree)
+
+
+def _millimetres(scene: Scene) -> float:
+    """Return the size of elements [mm]."""
+    return float(1e3 * (scene.value("mesh.size") * scene.yarn.radius))
+
+
+def made_of(scene: Scene) -> str:
+    """Return discretisation and resolution in words."""
+    if scene.value("mesh.crossing_degree") is None:
+        times = scene.value("mesh.refinement") or 1
+        finer = f", {times:g} times finer at crossings" if times != 1 else ""
+        return f"{discretisation(scene)} of {_millimetres(scene):.2f} mm{finer}"
+    near, far = scene.value("mesh.crossing_degree"), scene.value("mesh.degree")
+    return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
+
+
+# Simulations of one problem may be pulled to different strains: their results are compared at the same
+# strain.
+HOW_FAR = "load.strain"
+
+
+def physics_of(scene: Scene) -> dict[str, Any]:
+    """Return the physical problem: the values of all keys whose role is physics, but for the largest strain."""
+    labels = {"specimen": scene.specimen, "interaction": scene.interaction}
+    return labels | {key: value for key, value in scene.values_of("physics").items() if key != HOW_FAR}
+
+
+def problem_of(scene: Scene) -> str:
+    """Return a digest of the physical problem of a scene, the same for all models and discretisations."""
+    return digest(physics_of(scene))

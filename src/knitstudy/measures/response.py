@@ -1,4 +1,4 @@
-"""Scalars of a history: stiffness, out-of-plane motion, contraction, and forces at the crossings of the centre cell.
+"""Scalars of a history: stiffness, out-of-plane motion, contraction, forces at crossings, energies, penetration.
 
 `QUANTITIES` are those for which reference values exist. Histories are Datasets in the format of files.md;
 "at full load" means at the last increment.
@@ -68,6 +68,11 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
     return float(np.sqrt(square(values - measure) / square(measure)))
 
 
+def deformed_centrelines(history: xr.Dataset, increment: int = -1) -> np.ndarray:
+    """Return the stations (S, 3) of the centrelines at an increment [m]."""
+    return history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[increment]
+
+
 def motion(history: xr.Dataset) -> np.ndarray:
     """Return the displacement (I, S, 3) of centrelines since the load path began [m].
 
@@ -129,8 +134,7 @@ def transverse_contraction(history: xr.Dataset) -> float:
 
     The height is the extent in y of the centrelines that began in the middle third of the width.
     """
-    drawn, displacement = (history[name].to_numpy() for name in ("centreline", "centreline_displacement"))
-    place, now = drawn + displacement[0], drawn + displacement[-1]
+    place, now = deformed_centrelines(history, 0), deformed_centrelines(history)
     x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))
@@ -147,7 +151,7 @@ NORMAL, LARGEST_NORMAL, TANGENTIAL, SLIP = (
 Values = Callable[[xr.Dataset, xr.Dataset], np.ndarray]
 
 
-def _at_crossings(name: str, statistic: Callable) -> Values:
+def _at_crossings(name: str, statistic: Callable[..., np.ndarray]) -> Values:
     """Return a function of history and contacts: a statistic (I,) of a resultant over the centre cell."""
 
     def values(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
@@ -172,3 +176,36 @@ QUANTITIES: dict[str, tuple[str, Values]] = {
     TANGENTIAL: ("N", _at_crossings("tangential_resultant", np.mean)),
     SLIP: ("m", _slip),
 }
+
+
+# ---- Energy ledger, artificial energies and penetration of a history that has ended
+
+OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
+
+
+def ledger_gaps(history: xr.Dataset) -> np.ndarray:
+    """Return the difference of external work and all stored energies, over the largest external work (I,)."""
+    energy = history["energy"]
+    external = energy.sel(form="external")
+    return (np.abs(2 * external - energy.sum("form")) / np.abs(external).max()).to_numpy()
+
+
+def ledger_gap(history: xr.Dataset) -> float:
+    """Return the largest gap of the ledger (`ledger_gaps`)."""
+    return float(ledger_gaps(history).max())
+
+
+def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:
+    """Return the largest hourglass or other over internal energy where the latter is 1% of its final value or more."""
+    internal, other = (history["energy"].sel(form=kind) for kind in ("internal", form))
+    return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
+
+
+def penetration(history: xr.Dataset) -> float:
+    """Return the deepest penetration, 0 where yarns never touch [m]."""
+    return -float(np.fmin.reduce(history["smallest_gap"].to_numpy(), initial=0.0))  # nan: no yarns are near
+
+
+def allowed_penetration(history: xr.Dataset) -> float:
+    """Return the penetration limit of contact: of the penalty method, or of the law of local indentation [m]."""
+    return float(history.attrs["penetration_limit"])

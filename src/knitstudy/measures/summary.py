@@ -1,8 +1,9 @@
-"""Summary of a result file: a few quantities with their units, and its required layout."""
+"""Summary of a result file: a few quantities with their units, its required layout, and what differs between two."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from numbers import Real
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,6 +11,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS, VERSIONS
+from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES
 from knitstudy.knit.loading.history import FORMS
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
@@ -17,7 +19,7 @@ from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 # Attributes of the origin of a result.
 PROVENANCE = dict.fromkeys(("scene", "digest", *VERSIONS), "")
 # Attributes of a history with their units.
-HISTORY = {
+ATTRIBUTES = {
     "fidelity": "",
     "interaction": "",
     "incomplete": "",
@@ -68,8 +70,9 @@ def require_layout(dataset: xr.Dataset, kind: str) -> None:
 
     Raises DataFileError naming the variable, its layout and the required one.
     """
-    places = {name: tuple(dims.split()) for dims, names in LAYOUT[kind].items() for name in names.split()}
-    for name, dims in places.items():
+    columns, names = LAYOUT[kind]
+    for name in names.split():
+        dims = tuple(str(columns.table["dims"][name]).split())
         if name not in dataset.variables:
             raise DataFileError(f"{kind}: there is no variable {name!r}; make it again")
         variable = dataset[name]
@@ -157,7 +160,7 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
     last = dataset.isel(increment=-1)
     loaded = last["displacement"].item() != 0
     return [
-        *_attributes(dataset, HISTORY),
+        *_attributes(dataset, ATTRIBUTES),
         Quantity("increments", dataset.sizes["increment"] - 1, "1"),
         Quantity("strain at the end", last["strain"].item(), "1"),
         Quantity("displacement along the load at the end", last["displacement"].item(), "m"),
@@ -241,34 +244,53 @@ KINDS: dict[str, tuple[tuple[str, ...], Callable[[xr.Dataset], list[Quantity]]]]
     "geometry": (("point_of_contact", "arc_length", "radius"), _geometry),
 }
 
-# Variables that are shown and drawn, by their dimensions.
-LAYOUT: dict[str, dict[str, str]] = {
-    "history": {
-        "increment": "force displacement strain newton_iterations",
-        "increment form": "energy",
-        "increment station xyz": "centreline_displacement",
-    },
-    "contacts": {
-        "increment": "strain",
-        "crossing": "zone tied area",
-        "increment crossing xyz": "force",
-        "increment crossing": "contact_area",
-    },
-    "stresses": {
-        "cell xyz": "cell_place",
-        "cell component": "cell_stress",
-        "segment": "segment_kind segment_central",
-        "segment extent principal xyz": "segment_axis",
-        "segment extent principal": "segment_principal",
-        "segment xyz undeformed_xyz": "segment_rotation",
-    },
-    "mesh": {
-        "node xyz": "nodes",
-        "element corner": "hexahedra",
-        "": "radius",
-        "yarn_bound": "first_slice",
-        "slice xyz": "centres",
-    },
-    "shape at rest": {"station xyz": "centreline", "vector xyz": "lattice_vectors"},
-    "geometry": {"": "radius", "crossing side": "arc_length", "crossing side xyz": "point_of_contact"},
+# Variables that are shown and drawn, and the tables that have their dimensions.
+LAYOUT = {
+    "history": (HISTORY, "force displacement strain newton_iterations energy centreline_displacement"),
+    "contacts": (CONTACTS, "strain zone tied area force contact_area"),
+    "stresses": (
+        STRESSES,
+        "cell_place cell_stress segment_kind segment_central segment_axis segment_principal segment_rotation",
+    ),
+    "mesh": (MESH, "nodes hexahedra radius first_slice centres"),
+    "shape at rest": (REST, "centreline lattice_vectors"),
+    "geometry": (GEOMETRY, "radius arc_length point_of_contact"),
 }
+
+
+# ---- Differences between two results
+
+MISSING = "-"  # stands for a key or a quantity that only the other result has
+
+
+def pairs(first: Mapping[Any, Any], second: Mapping[Any, Any]) -> Iterator[tuple[Any, Any, Any]]:
+    """Yield the keys of two mappings with both values."""
+    for key in {**first, **second}:
+        yield key, first.get(key, MISSING), second.get(key, MISSING)
+
+
+def side_by_side(first: xr.Dataset, second: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+    """Yield name, both values, second over first, and unit of all numbers of two results, and of texts that differ.
+
+    Raises DataFileError when the results are of different kinds, or are none.
+    """
+    if (kind := kind_of(first)) != (other := kind_of(second)):
+        raise DataFileError(f"is a {other} and cannot be compared with a {kind}")
+    quantities = ({(row.name, row.unit): row.value for row in summarise(data)} for data in (first, second))
+    for (name, unit), a, b in pairs(*quantities):
+        numbers = isinstance(a, Real) and isinstance(b, Real)
+        if numbers or a != b:
+            yield name, a, b, float(b) / float(a) if numbers and a else "", unit
+
+
+def differing_variables(first: xr.Dataset, second: xr.Dataset) -> list[str]:
+    """Return the variables, but for times, that are not the same to the last bit or that one result has alone."""
+
+    def same(a: Any, b: Any) -> bool:
+        if not isinstance(a, xr.Variable) or not isinstance(b, xr.Variable):
+            return False
+        values = np.asarray(a), np.asarray(b)
+        return a.dims == b.dims and len({(v.shape, v.dtype.kind, v.tobytes()) for v in values}) == 1
+
+    both = pairs(dict(first.variables), dict(second.variables))
+    return [name for name, a, b in both if getattr(a, "attrs", {}).get("units") != "s" and not same(a, b)]

@@ -14,14 +14,15 @@ import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
-from knitstudy.measures.discretisation import (
+from knitstudy.measures.reference import (
     HEXAHEDRA,
     INTERACTIONS,
+    Reference,
     discretisation,
     is_direct,
     made_of,
+    reference_of,
 )
-from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.run.catalogue import (
     BEAM_MODELS,

@@ -25,7 +25,7 @@ from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.membrane import MembraneLaw, Parts
 from knitstudy.run.catalogue import several
-from knitstudy.use.strip import strain_at, stretch_strip
+from knitstudy.use.fabric_law import strain_at, stretch_strip
 
 log = logging.getLogger(__name__)
 

@@ -17,9 +17,8 @@ from math import nan
 import pandas as pd
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import SOLID_YARNS, discretisation
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import reference_of
+from knitstudy.measures.reference import SOLID_YARNS, discretisation, reference_of
 from knitstudy.measures.response import LARGEST_U_Z, largest_out_of_plane
 from knitstudy.run.catalogue import Datasets, Scenes, several
 

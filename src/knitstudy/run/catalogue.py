@@ -1,30 +1,38 @@
 """Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table of the paper: a module of `paper.figures` or `paper.tables`, or one from
+One file makes one figure or table of the paper: a module of a wing's package of figures or tables, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
 ``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import translate
-from functools import cache
+from functools import cache, cached_property
 from inspect import signature
 from math import inf
-from typing import Any, TypeVar
-
-import xarray as xr
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import Registry
+from knitstudy.files import file_digest
+from knitstudy.knit.scene.defaults import base_of
+from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.registry import Registry, wings
+from knitstudy.run.plan import Plan, Step
+from knitstudy.run.stages import MODEL, STAGES, code_digest
+
+if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
+    import xarray as xr
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
-Datasets = Mapping[str, xr.Dataset]  # results of one stage by the names of their scenes
+Datasets = Mapping[str, "xr.Dataset"]  # results of one stage by the names of their scenes
 Scenes = Mapping[str, Scene]  # by name
 
 # The four cases in which models are compared (Fig. 15): interaction and direction of the load.
@@ -90,7 +98,7 @@ class Results:
 
 
 @cache
-def _pattern(names: tuple[str, ...]) -> re.Pattern:
+def _pattern(names: tuple[str, ...]) -> re.Pattern[str]:
     """Return the regular expression of the names that match one of some shell patterns."""
     return re.compile("|".join(map(translate, names)))
 
@@ -129,7 +137,7 @@ class Display:
     make: Callable[..., Any]  # function that draws the figure or builds the table
     # Arguments of the function that are results: a Dataset, or several by the names of their scenes
     results: Mapping[str, Results] = field(default_factory=dict)
-    # Other arguments of the function: files by the names of `run.displays.reference_files`
+    # Other arguments of the function: files by the names of `reference_files`
     files: tuple[str, ...] = ()
     # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
     scenes: bool = False
@@ -204,5 +212,121 @@ class Catalogue(Registry[Display]):
         return display.make(**{name: sources[name] for name in display.takes if name in sources})
 
 
-FIGURES = Catalogue("figure", "knitstudy.paper.figures")
-TABLES = Catalogue("table", "knitstudy.paper.tables")
+FIGURES = Catalogue("figure", "".join(wing.figures for wing in wings()))
+TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
+
+
+# What a study can make of them
+
+REFERENCE = RESOURCES / "reference"
+
+Source = Step | Path  # A result, or a file of reference
+Sources = dict[str, Source | list[Source]]  # of a figure or table by argument, several in a list
+
+
+def reference_files(config: Path) -> dict[str, Path]:
+    """Return the files that no study makes, by the arguments of figures and tables."""
+    folder = Path(os.path.relpath(REFERENCE))  # as Snakemake lists it
+    return {
+        "paper": folder / "paper_tables.csv",
+        "claims": folder / "paper_claims.csv",
+        "readings": folder / "readings.csv",
+        "reference": folder / "reference.csv",
+        "targets": base_of(config) / "calibration.yaml",
+    }
+
+
+class Displays:
+    """The figures, or the tables, of a study.
+
+    Parameters
+    ----------
+    study : iterable of Scene
+        In the order of the configuration.
+    reference : mapping of str to path
+        Files by their names (`reference_files`).
+    label : str
+        Names the study in messages.
+    """
+
+    def __init__(
+        self,
+        catalogue: Catalogue,
+        plan: Plan,
+        study: Iterable[Scene],
+        reference: Mapping[str, Path | str],
+        label: str = "the study",
+    ) -> None:
+        self.catalogue, self.plan, self.label = catalogue, plan, label
+        self.study = {scene.name: scene for scene in study}
+        self.reference = {name: Path(path) for name, path in reference.items()}
+
+    @cached_property
+    def sources(self) -> dict[str, Sources]:
+        """Sources of each figure or table that the study can make."""
+        sources: dict[str, Sources] = {}
+        for name, display in self.catalogue.all().items():
+            known: Sources = {**self.reference}
+            for argument, results in display.results.items():
+                if steps := self._steps(results):
+                    known[argument] = [*steps] if results.several else steps[0]
+            if set(display.needed) <= {*known, "scenes"}:
+                sources[name] = {argument: known[argument] for argument in display.takes if argument in known}
+        return sources
+
+    def _steps(self, results: Results) -> list[Step]:
+        """Return the results that the study has, of scenes that have the stage."""
+        scenes, stage = results.scenes(self.study), STAGES[results.stage]
+        return [self.plan.step(results.stage, scene) for scene in scenes if stage.of(scene)]
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of the figures or tables that the study can make, in the order of the report."""
+        return tuple(self.sources)
+
+    def sources_of(self, name: str) -> Sources:
+        """Return the sources of one; ConfigurationError says which scenes the study lacks for it."""
+        display = self.catalogue.find(name)
+        if name not in self.sources:
+            results = [result for result in display.results.values() if not result.optional]
+            needed = [result for result in results if not self._steps(result)]
+            scenes = ", ".join(f"{result.stage} of {' or '.join(result.names)}" for result in needed)
+            raise ConfigurationError(
+                f"{self.catalogue.what} {name!r} needs {scenes}: {self.label} has no such scene"
+            )
+        return self.sources[name]
+
+    def files(self, name: str, folder: Path | str) -> dict[str, Any]:
+        """Return the files that a figure or table is made from, by argument; `folder` is that of all results."""
+
+        def path(source: Source | list[Source]) -> Any:
+            if isinstance(source, list):
+                return [path(each) for each in source]
+            return (Path(folder) / source.path if isinstance(source, Step) else source).as_posix()
+
+        return {argument: path(source) for argument, source in self.sources_of(name).items()}
+
+    def scenes(self, name: str) -> dict[str, Scene]:
+        """Return the scenes of a figure or table that asks for them: one by its argument, several by their names."""
+        display = self.catalogue.find(name)
+        return {
+            step.scene.name if results.several else argument: step.scene
+            for argument, results in display.results.items()
+            for step in (self._steps(results) if display.scenes else ())
+        }
+
+    def digest(self, name: str) -> str:
+        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
+        scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
+        reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
+        code = code_digest("paper", "use", "measures", *MODEL)
+        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name])})
+
+
+def digests_of(sources: Sources) -> dict[str, str]:
+    """Return the digests of sources, by argument and scene."""
+    digests = {}
+    for role, source in sources.items():
+        for each in source if isinstance(source, list) else [source]:
+            name = f"{role} {each.scene.name}" if isinstance(each, Step) else role
+            digests[name] = each.digest if isinstance(each, Step) else file_digest(each)
+    return digests

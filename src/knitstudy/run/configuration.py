@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -24,7 +24,7 @@ from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaul
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
-from knitstudy.run.families import STUDIES, Member, family_files, read_families
+from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -32,10 +32,12 @@ FAMILIES = "scenes"  # The folder of families in a configuration folder
 class Workflow(Section):
     """The study of scenes that is made, the folder that they stand in, and modules of kinds from outside."""
 
-    study: Literal["ci", "reduced", "full", "reference", "fabrics"] = output("choice")
+    study: Study = output("choice", default="reduced")
     """Which scenes are run; no result depends on it. Checked: all."""
     folder: Annotated[str, Field(min_length=1)] = output(
-        "choice", allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop"
+        "choice",
+        allowed="the path of a folder with defaults.yaml, families of scenes and a calibrated loop",
+        default=CONFIG.name,
     )
     """Where files are. Checked: config, and folders of tests."""
     plugins: tuple[Annotated[str, Field(pattern=r"^[A-Za-z_]\w*(\.[A-Za-z_]\w*)*$")], ...] = output(
@@ -181,7 +183,7 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
 
 def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
     """Return whether a scene with changed keys leaves its model open."""
-    return is_open(load_families(config)[name].keys | changes)
+    return is_open({**load_families(config)[name].keys, **changes})
 
 
 def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
@@ -200,7 +202,9 @@ def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tu
     return problem, validated(Requirements, wish, where, "ask."), where
 
 
-def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, dict, str]:
+def problem_of(
+    name: str, changes: Mapping[str, Any], config: Path = CONFIG
+) -> tuple[Scene, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
@@ -208,7 +212,7 @@ def problem_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> 
     return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
 
 
-def drawn_defaults() -> dict:
+def drawn_defaults() -> dict[str, Any]:
     """Return the defaults that models are measured with: the checkout's own."""
     return layered_defaults()
 
@@ -218,7 +222,7 @@ def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
     return find("scene", scenes, name, str(Path(config) / FAMILIES))
 
 
-def _scene(member: Member, defaults: dict) -> Scene:
+def _scene(member: Member, defaults: dict[str, Any]) -> Scene:
     """Return the scene of a member of a family: its keys over the defaults."""
     own: dict[str, Any] = {}
     for name, value in member.keys.items():
@@ -251,9 +255,9 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     return defaults_of_fields() | flat(document)
 
 
-def _least(kind: Kind) -> dict:
+def _least(kind: Kind) -> dict[str, Any]:
     """Return the labels of a scene of a kind."""
-    least: dict = {"name": "defaults", "knit": "defaults", "outputs": []}
+    least: dict[str, Any] = {"name": "defaults", "knit": "defaults", "outputs": []}
     return least | {label: getattr(kind, label).name for label in ("fidelity", "interaction", "specimen")}
 
 
@@ -277,7 +281,7 @@ def check_together(
             check_source(scene, source, scenes, where)
 
 
-ALIKE = {
+SHARED = {
     "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
     "rom.springs_from": ("knit", "interaction"),
 }
@@ -294,13 +298,12 @@ SPRINGS = (
 """Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
 
 
-def measures(scene: Scene, source: str) -> bool:
+def gives_springs(scene: Scene, source: str) -> bool:
     """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
-    return (
-        scene.value("rom.axes") is not None
-        and not scene.rom.stiffness
-        and source == f"rom.{'springs' if scene.rom.springs_from else 'contacts'}_from"
-    )
+    joints = scene.value("rom")
+    if joints is None or scene.value("rom.axes") is None or joints.stiffness:
+        return False
+    return source == f"rom.{'springs' if joints.springs_from else 'contacts'}_from"
 
 
 def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
@@ -315,8 +318,11 @@ def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: 
         direct = sorted(other.name for other in scenes.values() if other.kind.direct)
         message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
         raise ConfigurationError(f"{where}: {message}")
+    if source == "rom.stress_from" and "fields" not in scenes[name].outputs:
+        wanted = "must name a scene whose outputs hold fields, which stresses come from"
+        raise ConfigurationError(f"{where}: {source} is {name!r} but {wanted}")
     for shared in dict.fromkeys(
-        (*ALIKE.get(source, ("knit",)), *(SPRINGS if measures(scene, source) else ()))
+        (*SHARED.get(source, ("knit",)), *(SPRINGS if gives_springs(scene, source) else ()))
     ):
         here, there = scene.value(shared), scenes[name].value(shared)
         if here is not None and here != there:

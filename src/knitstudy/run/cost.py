@@ -19,10 +19,9 @@ PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small m
 BYTES_AN_UNKNOWN = {
     "one_point": {False: 3.5e3, True: 11e3},
     "quadratic": {False: 6e3, True: 9e3},
-    None: {False: 6e3, True: 16e3},
+    "polynomials": {False: 6e3, True: 16e3},
 }
-"""Growth of memory with ties and with contact, by elements (none of polynomials): the most that was measured on knits
-of 3 x 3 to 30 x 30."""
+"""Growth of memory with ties and with contact, by elements: the most that was measured on knits of 3 x 3 to 30 x 30."""
 
 FOLLOWED = 300e6  # Bytes of pairs of points that polynomials in contact follow, whatever the size of the knit
 LARGE, BYTES_OF_LARGE = 60e3, 7.3e3
@@ -32,11 +31,12 @@ LARGE, BYTES_OF_LARGE = 60e3, 7.3e3
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
     "quadratic": {False: 1.0e-3, True: 3.4e-3},
-    None: {False: 1.0e-3, True: 6.8e-3},
+    "polynomials": {False: 1.0e-3, True: 6.8e-3},
 }
 """Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1
 to 10 x 10 with tied outer yarns; outer yarns without ties take up to ten times as long."""
 
+POLYNOMIALS = "polynomials"  # of spline yarns, in the place of elements
 INCREMENTS = 12
 SPARE = 3  # Limit of a job over its expected time
 START = 10  # Minutes on top, for a start on a busy file system
@@ -56,12 +56,11 @@ def machine_memory() -> int:
 def expected_memory(scene: Scene) -> int:
     """Return the memory that a simulation is expected to take [MB]."""
     if not scene.kind.fidelity.solid:
-        model, cells = scene.kind.fidelity, scene.pattern.loops * scene.pattern.rows
-        return round(model.memory + cells * model.memory_a_cell)
+        return round(scene.kind.fidelity.memory + _cells(scene) * scene.kind.fidelity.memory_a_cell)
     element, touches = _element(scene), scene.kind.interaction.touches
     bytes_an_unknown, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
     growth = count * bytes_an_unknown
-    if touches and element is None:
+    if touches and element == POLYNOMIALS:
         growth = FOLLOWED + min(count, LARGE) * bytes_an_unknown + max(count - LARGE, 0.0) * BYTES_OF_LARGE
     return round((PROCESS + growth) / MEGABYTE)
 
@@ -70,7 +69,7 @@ def expected_seconds(scene: Scene) -> float:
     """Return the processor time that a simulation is expected to take at most [s]."""
     increments = max(1.0, scene.solver.increments / INCREMENTS)
     if not scene.kind.fidelity.solid:
-        return increments * scene.kind.fidelity.seconds_a_cell * scene.pattern.loops * scene.pattern.rows
+        return increments * scene.kind.fidelity.seconds_a_cell * _cells(scene)
     return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
 
 
@@ -81,8 +80,8 @@ def time_limit(seconds: float) -> int:
 
 def unknowns(scene: Scene) -> float:
     """Return about how many unknowns a direct simulation has."""
-    mesh, length, radius = scene.mesh, _yarn(scene), scene.yarn.radius
-    if _element(scene) is None:
+    mesh, length, radius = scene.value("mesh"), _yarn(scene), scene.yarn.radius
+    if _element(scene) == POLYNOMIALS:
         degree = mesh.crossing_degree
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
@@ -94,16 +93,20 @@ def unknowns(scene: Scene) -> float:
     return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
 
 
-def _element(scene: Scene) -> str | None:
-    element = scene.value("mesh.element")
+def _element(scene: Scene) -> str:
+    element = scene.value("mesh.element") or POLYNOMIALS
     return element if element in BYTES_AN_UNKNOWN else "one_point"
+
+
+def _cells(scene: Scene) -> int:
+    return scene.value("pattern.loops") * scene.value("pattern.rows")
 
 
 def _yarn(scene: Scene) -> float:
     """Return the length of all yarns as they are drawn [m]."""
     if scene.specimen == "pair":
-        return 2 * scene.pair.length
+        return 2 * scene.value("pair.length")
     from knitstudy.knit.geometry.lay_out import initial_loop  # with SciPy, which costs of beams do not need
 
-    pattern, cut = scene.pattern, scene.specimen == "cut_knit"
-    return initial_loop(scene).length * pattern.loops * (pattern.rows + (not cut))
+    loops, one_more = scene.value("pattern.loops"), scene.specimen != "cut_knit"
+    return initial_loop(scene).length * (_cells(scene) + loops * one_more)

@@ -16,13 +16,16 @@ from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal, get_args
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import unknown_choice
 
-STUDIES = ("ci", "reduced", "full", "reference", "fabrics")  # Names of the studies that a scene can belong to
+Study = Literal[
+    "ci", "reduced", "full", "reference", "fabrics"
+]  # Names of the studies that a scene can belong to
+STUDIES: tuple[str, ...] = get_args(Study)
 MOST = 10_000  # Scenes that one entry may make; more are taken for a mistake
 
 _OF_FAMILY = ("studies", "keys", "scenes")
@@ -31,7 +34,9 @@ _OF_ENTRY = ("name", "studies", "keys")
 _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 _BY = re.compile(r"(\S+) +by +(\S+)")
 
-Blocks = Mapping[str, Mapping[str, dict]]  # By placeholder and choice: the keys that the choice sets
+Blocks = Mapping[
+    str, Mapping[str, dict[str, Any]]
+]  # By placeholder and choice: the keys that the choice sets
 
 
 @dataclass(frozen=True)
@@ -61,17 +66,17 @@ def read_families(paths: Iterable[Path]) -> dict[str, Member]:
     return dict(_read_once(paths, tuple(map(_state, paths))))
 
 
-def _state(path: Path) -> tuple:
+def _state(path: Path) -> tuple[Any, ...]:
     """Return path, time and size of a file, which change with its content."""
     stat = path.stat() if path.is_file() else None
     return path.resolve(), stat and (stat.st_mtime_ns, stat.st_size)
 
 
 @lru_cache(maxsize=8)
-def _read_once(paths: tuple[Path, ...], _: tuple) -> dict[str, Member]:
+def _read_once(paths: tuple[Path, ...], _: tuple[Any, ...]) -> dict[str, Member]:
     """Return the scenes of files that are in a state."""
     documents = {path: read_yaml(path) for path in paths}
-    shared: dict[str, dict] = {}
+    shared: dict[str, dict[str, Any]] = {}
     for path, document in documents.items():  # those without scenes first: they define for all
         if "scenes" not in document:
             shared |= _blocks(document, shared, path)
@@ -120,7 +125,7 @@ def _place(path: Path) -> tuple[float, str]:
     return (int(number[0]) if number else math.inf, path.name)
 
 
-def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, dict]]:
+def _blocks(document: dict[str, Any], shared: Blocks, path: Path) -> dict[str, dict[str, dict[str, Any]]]:
     """Return the blocks of a file: the keys that each choice of a placeholder sets."""
     blocks = {name: choices for name, choices in document.items() if name not in _OF_FAMILY}
     for name, choices in blocks.items():
@@ -141,7 +146,7 @@ def _blocks(document: dict, shared: Blocks, path: Path) -> dict[str, dict[str, d
     return blocks
 
 
-def _entries(document: dict, path: Path) -> list[dict]:
+def _entries(document: dict[str, Any], path: Path) -> list[dict[str, Any]]:
     scenes = document["scenes"]
     if not isinstance(scenes, list) or not scenes or not all(isinstance(scene, dict) for scene in scenes):
         wanted = "a list whose entries begin with '- name: '"
@@ -149,7 +154,7 @@ def _entries(document: dict, path: Path) -> list[dict]:
     return scenes
 
 
-def _members(entry: dict, document: dict, blocks: Blocks, path: Path) -> Iterator[Member]:
+def _members(entry: dict[str, Any], document: dict[str, Any], blocks: Blocks, path: Path) -> Iterator[Member]:
     """Yield the scenes of an entry; of the placeholders asked for the last one runs fastest."""
     name = entry.get("name")
     if not isinstance(name, str):

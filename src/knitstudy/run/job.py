@@ -5,36 +5,22 @@ from __future__ import annotations
 import logging
 import os
 import resource
-import signal
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import provenance
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 
+STARTED = "start of the process:"  # What it took, at the end of the log of a job
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
-
-
-def end_with_parent() -> None:
-    """End this process when the one that started it is killed.
-
-    An orphan would go on writing the restart file that the next run goes on from, and take the machine's time.
-    """
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(0.5)
-        os.kill(os.getpid(), signal.SIGKILL)
-
-    threading.Thread(target=watch, daemon=True).start()
 
 
 @contextmanager
@@ -46,7 +32,8 @@ def frame(job: Any) -> Iterator[Progress]:
     the log; the script then ends with status 1.
     """
     end_with_parent()
-    label = " ".join([job.rule, *job.wildcards])
+    start = time.process_time()  # of the interpreter, of Snakemake in it, and of imports
+    label = " ".join([job.params.get("stage", job.rule), *job.wildcards])
     path = Path(job.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
@@ -68,6 +55,7 @@ def frame(job: Any) -> Iterator[Progress]:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
         seconds = time.monotonic() - started
         print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
+        print(f"{STARTED} {start:.2f} s of processor time", file=sys.stderr)
 
 
 @contextmanager
@@ -78,7 +66,8 @@ def _redirected_to(log: TextIO) -> Iterator[TextIO]:
     with os.fdopen(os.dup(2), "w", buffering=1) as console:
         for descriptor in (1, 2):
             os.dup2(log.fileno(), descriptor)
-        sys.stdout.reconfigure(line_buffering=True)
+        if isinstance(sys.stdout, TextIOWrapper):
+            sys.stdout.reconfigure(line_buffering=True)
         form = "%(asctime)s %(name)s: %(message)s"
         logging.basicConfig(stream=sys.stderr, level=logging.INFO, format=form, force=True)
         logging.captureWarnings(True)

@@ -1,30 +1,196 @@
-"""From a scene to its results in one call, for notebooks and for the `knitstudy` command.
+"""Results where they are kept: found, or made and written with the scene that they are of.
 
-Stages and files are the same as in the workflow (`run.stages`), and the same digests decide which results are up to
-date.
+The workflow, the command `run` and `simulate`, for notebooks, all take a `Step` of a plan from a `Store`. A result
+holds its scene, and the scenes of its joints and springs: the file alone can be run again.
 """
 
 from __future__ import annotations
 
+import json
 import logging
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import xarray as xr
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
+from knitstudy.files import (
+    provenance,
+    read_dataset,
+    read_result,
+    recorded_digest,
+    seal,
+    with_coordinates,
+    write_dataset,
+)
+from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
+from knitstudy.knit.scene.documents import CONFIG
+from knitstudy.knit.scene.scene import NOTHING, Scene, questions
+from knitstudy.mechanics.batches import serial_blas
+from knitstudy.run.plan import Plan, Step
+from knitstudy.run.stages import STAGES
 
-from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, restart_of, silent
-from knitstudy.knit.scene.scene import Scene, questions
-from knitstudy.run.configuration import CONFIG
-from knitstudy.run.plan import Plan, kept_of, make, result_of
-from knitstudy.run.stages import STAGES, Stage
+if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
+    import xarray as xr
 
 log = logging.getLogger(__name__)
 
-OF_STUDY = Path("results")  # Where studies leave results, which are read and never written here
+OF_STUDY = Path("results")  # Where studies leave results, which `simulate` reads and never writes
+INCOMPLETE = ".incomplete.nc"  # Suffix of a history that ended before full load
 
 BeginProgress = Callable[[str], ReportProgress]
-"""Returns the receiver of the progress of a stage, for example `knitstudy.knit.loading.run.Progress`."""
+"""Returns the receiver of the progress of a step, for example `knitstudy.knit.loading.run.Progress`."""
+
+
+@dataclass
+class Store:
+    """Takes results from where they are kept, or makes them.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where results are written; restart files of runs that were ended lie in its folder ``restart``. Without it, all
+        stays in memory.
+    also : tuple of Path
+        Other folders that results are taken from.
+    progress : callable
+        See `BeginProgress`.
+    """
+
+    folder: Path | None = None
+    also: tuple[Path, ...] = ()
+    progress: BeginProgress = lambda label: silent
+    made: dict[Path, Any] = field(default_factory=dict)
+
+    def get(self, step: Step, anew: bool = False) -> Any:
+        """Return a result: from memory, from its file if that is up to date, else made and written.
+
+        A result that is no dataset is a file alone, and None is returned. With `anew` the result itself is made again.
+        """
+        if step.path in self.made:
+            return self.made[step.path]
+        if not step.stage.is_dataset:
+            self._write(step)
+            return None
+        result = None if anew else self.found(step)
+        if result is None:
+            step.stage.require_machine(step.scene)  # before anything is made for it
+            needed = {name: self.get(need) for name, need in step.needs.items()}
+            result = self.make(step, needed, anew)
+        self.made[step.path] = result
+        return result
+
+    def found(self, step: Step) -> xr.Dataset | None:
+        """Return the dataset of a step that is kept, whole and up to date; one that is damaged is a warning."""
+        for path in (folder / step.path for folder in (self.folder, *self.also) if folder is not None):
+            if path.is_file() and digest_or_warning(path) == step.digest:
+                try:
+                    result = read_result(path)
+                except DataFileError as error:
+                    log.warning("%s", error)
+                    continue
+                log.info(f"{step}: taken from %s", path)
+                return result
+            if path.is_file():
+                log.info(f"{step}: %s is not up to date", path)
+        return None
+
+    def holds(self, step: Step) -> bool:
+        """Return whether the result of a step is kept and up to date, without reading it."""
+        path = self._path(step)
+        return path is not None and path.is_file() and digest_or_warning(path) == step.digest
+
+    def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset:
+        """Make a dataset, write it with its digest if there is a folder, and then delete the restart file.
+
+        A history that ends before full load has a file of its own, and is computed again for the same digest only
+        `anew`. Raises EndedEarly where it is there.
+        """
+        path, options, run = self._path(step), {}, None
+        if path is not None and not anew:
+            self._require_open_end(step)
+        if step.stage.reports:
+            restart = None
+            if step.stage.restarts and self.folder is not None:
+                restart = restart_of(self.folder / "restart", step.scene.name, step.digest)
+            run = Run(restart, self.progress(str(step)))
+            options = {"run": run}
+        try:
+            with serial_blas():  # the last bits of its sums depend on its threads
+                dataset, ended = step.stage.make(step.seen, **needed, **options), None
+        except ConvergenceError as error:
+            if path is None or error.history is None:
+                raise
+            dataset, ended, path = error.history, error, _early(path)
+        dataset = described(dataset, step)
+        if path is not None:
+            write_dataset(dataset, path, step.scene.name, step.digest)
+            if run is not None:
+                run.forget()
+            if ended is not None:
+                self._require_open_end(step)
+            _early(path).unlink(missing_ok=True)
+            log.info(f"{step}: written to %s", path)
+        return dataset
+
+    def why_ended(self, step: Step) -> str:
+        """Return where and why the history of a step ended before full load; an empty text where it did not."""
+        path = _early(self._path(step) or Path())
+        try:
+            known = read_dataset(path).attrs if path.is_file() else {}
+        except DataFileError:
+            return ""
+        return f"{known['incomplete'].rstrip('.')}." if known.get("digest") == step.digest else ""
+
+    def ended_early(self, plan: Plan, scenes: Iterable[Scene]) -> dict[str, str]:
+        """Return why scenes have no history to full load, by name: their own ended early, or one that they need."""
+
+        def why(step: Step) -> str:
+            own = self.why_ended(step)
+            return (
+                f"{step.scene.name} {own}" if own else next(filter(None, map(why, step.needs.values())), "")
+            )
+
+        if self.folder is None or not any((self.folder / "simulation").glob(f"*{INCOMPLETE}")):
+            return {}
+        reasons = {scene.name: why(plan.step("simulation", scene)) for scene in scenes}
+        return {name: reason for name, reason in reasons.items() if reason}
+
+    def _path(self, step: Step) -> Path | None:
+        return None if self.folder is None else self.folder / step.path
+
+    def _require_open_end(self, step: Step) -> None:
+        """Refuse a result that is known to end early."""
+        if why := self.why_ended(step):
+            kept = _early(self._path(step) or Path())
+            raise EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
+
+    def _write(self, step: Step) -> None:
+        """Write a file for another program."""
+        if (path := self._path(step)) is None:
+            raise ConfigurationError(f"{step}: is a file, and there is no folder for it")
+        needed = {name: self.get(need) for name, need in step.needs.items()}
+        step.stage.function(step.seen, path=path, **needed)
+        seal(path, step.digest)
+        log.info(f"{step}: written to %s", path)
+
+
+def digest_or_warning(path: Path) -> str:
+    """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
+    try:
+        return recorded_digest(path)
+    except DataFileError as error:
+        log.warning("%s; it will be made again", error)
+        return ""
+
+
+def _early(path: Path) -> Path:
+    """Return the file of a history that ended before full load, next to that of a whole one."""
+    return path.with_suffix(INCOMPLETE)
+
+
+# From a scene to its results in one call
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,8 +231,9 @@ def simulate(
         under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
         has that of the simulations that its joints and springs come from; their other keys are their own.
     folder : Path or str, optional
-        Where results are kept, and taken from if they are up to date; restart files of runs that were ended lie in its
-        folder ``restart``. Results of a study in the working folder are taken as well. Without it, all stays in memory.
+        Where results, and files for other programs that the scene's outputs ask for, are kept, and taken from if they
+        are up to date; restart files of runs that were ended lie in its folder ``restart``. Results of a study in the
+        working folder are taken as well. Without it, all stays in memory.
     config, plan
         Configuration folder that names of other scenes refer to; its plan, where it has been read already.
     progress : callable, optional
@@ -85,71 +252,83 @@ def simulate(
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
-    maker = _Maker(plan, None if folder is None else Path(folder), progress or (lambda label: silent))
+    store = Store(progress=progress or (lambda label: silent))
+    if folder is not None:
+        store.folder, store.also = Path(folder), (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
-    stage = STAGES["simulation"]
-    history = maker.obtain(stage, scene, anew)
-    beside = {name: maker.obtain(*step) for name, step in plan.needs(stage, scene).items()}
-    contacts = beside.get("contacts")
-    if STAGES["contacts"].of(scene):
-        contacts = maker.obtain(STAGES["contacts"], scene)
-    path = maker.folder and maker.folder / stage.path(scene)
-    return Results(scene, beside["geometry"], history, beside.get("mesh"), contacts, path)
+    step = plan.step("simulation", scene)
+    history = store.get(step, anew)
+    beside = {name: store.get(need) for name, need in step.needs.items()}
+    for name, stage in STAGES.items():
+        if name == "contacts" and stage.of(scene):
+            beside["contacts"] = store.get(plan.step(name, scene))
+        elif store.folder and not stage.is_dataset and stage.of(scene) and stage.wanted(scene):
+            store.get(plan.step(name, scene))
+    path = store.folder and store.folder / step.path
+    return Results(scene, beside["geometry"], history, beside.get("mesh"), beside.get("contacts"), path)
 
 
-def write_outputs(results: Results, folder: Path) -> None:
-    """Write the files for other programs that the outputs of a scene ask for.
+# Attributes of a result: every key of its scene, its provenance, and the meaning of its variables
 
-    Raises DataFileError if a file cannot be written.
+CONVENTIONS = "CF-1.11"  # https://cfconventions.org
+
+KEYS, SOURCES = "scene_keys", "source_keys"
+"""Attributes, as JSON: keys of the scene, and of the scenes that it names, by name."""
+
+
+def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
+    """Return a result with the record of its step, units and meanings of variables, and strain as a coordinate."""
+    from knitstudy.knit.geometry.columns import COORDINATES, GEOMETRY, MESH
+
+    scene, stage, (code, *others) = step.scene, step.stage.name, provenance().items()
+    versions = ", ".join(f"{name} {version}" for name, version in others)
+    attributes = {
+        "Conventions": CONVENTIONS,
+        "title": f"{stage} of {scene.name}: {scene.specimen}, {scene.fidelity}, {scene.interaction}",
+        "source": f"knitstudy {code[1]} with {versions}",
+        "history": f"{datetime.now(UTC):%Y-%m-%dT%H:%M:%SZ} knitstudy: {stage} of {scene.name}",
+        KEYS: json.dumps(scene.to_dict()),
+        SOURCES: json.dumps({name: source.to_dict() for name, source in step.sources.items()}),
+    }
+    described = with_coordinates(dataset.assign_attrs(attributes))
+    # Functions of the other stages describe their variables themselves, but for names along a dimension.
+    own = {"geometry": GEOMETRY, "mesh": MESH}.get(stage, COORDINATES)
+    for columns in (COORDINATES, own):
+        for row in columns.table.loc[columns.table.index.isin(list(described.variables))].itertuples():
+            units = {} if described[row.Index].dtype.kind in "OSU" else {"units": row.unit}
+            described[row.Index].attrs.update(units | {"long_name": row.meaning})
+    return described
+
+
+Keys = dict[str, Any]
+
+
+def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[Keys, dict[str, Keys]]:
+    """Return the keys of the scene of a result, nested, and the keys of the scenes that it names, by name.
+
+    Raises DataFileError where it holds none.
     """
-    scene = results.scene
-    for stage in STAGES.values():
-        if not stage.is_dataset and stage.of(scene) and stage.wanted(scene):
-            needed = {name: getattr(results, name) for name in stage.needs(scene, lambda _: scene)}
-            path = folder / stage.path(scene)
-            stage.function(scene, path=path, **needed)
-            log.info(f"{stage.name} {scene.name}: written to %s", path)
+    made = f"made by knitstudy {dataset.attrs.get('code_version', '?')}"
+    try:
+        keys, sources = (json.loads(dataset.attrs[name]) for name in (KEYS, SOURCES))
+    except (KeyError, TypeError, ValueError) as error:
+        fact = f"has no keys of its scene (attributes {KEYS}, {SOURCES}), {made}"
+        raise DataFileError(f"{path}: {fact}; make it again from its scene, with this version") from error
+    if not (isinstance(sources, dict) and all(isinstance(each, dict) for each in (keys, *sources.values()))):
+        raise ConfigurationError(f"{path}, {made}: its attributes {KEYS}, {SOURCES} hold no keys")
+    return keys, sources
 
 
-@dataclass
-class _Maker:
-    """Takes results from where they are kept, or makes them."""
+def scenes_of(
+    dataset: xr.Dataset, path: Path | str, defaults: Mapping[str, Any] = NOTHING
+) -> tuple[Scene, dict[str, Scene]]:
+    """Return the scene of a result, and the scenes that it names, by name.
 
-    plan: Plan
-    folder: Path | None
-    progress: BeginProgress
-    made: dict[Path, xr.Dataset] = field(default_factory=dict)
-
-    def obtain(self, stage: Stage, scene: Scene, anew: bool = False) -> xr.Dataset:
-        """Return a result: from memory, from its file if that is up to date, else made and written."""
-        name, label = stage.path(scene), f"{stage.name} {scene.name}"
-        if name in self.made:
-            return self.made[name]
-        path, wanted = self.folder and self.folder / name, self.plan.digest(stage, scene)
-        result = None
-        if path is not None and anew:
-            kept_of(path).unlink(missing_ok=True)
-        elif path is not None:
-            for there in filter(Path.is_file, (path, OF_STUDY / name)):
-                if (result := result_of(there, wanted)) is not None:
-                    log.info(f"{label}: taken from %s", there)
-                    break
-                log.info(f"{label}: %s is not up to date", there)
-        if result is None:
-            if stage.restarts:
-                stage.require_machine(scene)  # before anything is made for it
-            needed = {
-                argument: self.obtain(*step) for argument, step in self.plan.needs(stage, scene).items()
-            }
-            restart = None
-            if stage.restarts and self.folder is not None:
-                restart = restart_of(self.folder / "restart", scene.name, wanted)
-            run = Run(restart, self.progress(label)) if stage.reports else IN_MEMORY
-            seen = scene.only(stage.document(scene), stage.keys(scene))
-            record = self.plan.record(stage, scene)
-            result = make(stage, seen, needed, path, wanted, run, record)
-            if path is not None:
-                log.info(f"{label}: written to %s", path)
-        self.made[name] = result
-        return result
+    `defaults` are values of keys that the file does not have. Raises DataFileError where it holds no keys, and
+    ConfigurationError where this version of the code does not allow them.
+    """
+    keys, sources = keys_of(dataset, path)
+    where = f"{path}, made by knitstudy {dataset.attrs.get('code_version', '?')}"
+    scenes = {name: Scene.from_dict(own, where, defaults) for name, own in sources.items()}
+    return Scene.from_dict(keys, where, defaults), scenes

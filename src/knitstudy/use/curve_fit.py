@@ -14,7 +14,7 @@ that over sqrt(3) (Guide to the Expression of Uncertainty in Measurement, 4.3.7)
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +23,7 @@ from scipy.stats import f as fisher
 from scipy.stats import norm
 
 from knitstudy.errors import DataFileError
+from knitstudy.mechanics.arrays import Floats
 
 LEVEL = 0.95  # of the intervals
 SIMULATED, GRID = 7, 1001  # frictions that are simulated, and those that a curve is interpolated at
@@ -40,7 +41,7 @@ class Fit:
 
     factor: Interval  # of the modulus, over the one that the forces were simulated with
     friction: Interval  # of one friction alone, if only one friction is simulated
-    forces: np.ndarray  # (n,) of the best fit
+    forces: Floats  # (n,) of the best fit
     proportional: bool  # whether the noise is in proportion to the force
     noise: float  # its standard deviation, over the force or over the largest force
     correlation: float  # of the residuals at neighbouring points; 0 where chance explains the correlation
@@ -68,18 +69,18 @@ class Fit:
                 "the intervals do not contain the error of the model: --check KEY=VALUE adds the error"
             )
         else:
-            low, high = (f"{100 * bound:.2g}" for bound in self.correction)
+            least, most = (f"{100 * bound:.2g}" for bound in self.correction)
             remarks.append(
-                f"forces are corrected by {low} to {high} % to the more accurate model; the intervals contain the "
+                f"forces are corrected by {least} to {most} % to the more accurate model; the intervals contain the "
                 "change of the values by this correction, for the error of the model"
             )
         return remarks
 
 
 def fit(
-    measured: np.ndarray,
-    simulated: Mapping[float, np.ndarray],
-    check: Callable[[list[float]], Mapping[float, np.ndarray]] | None = None,
+    measured: Floats,
+    simulated: Mapping[float, Floats],
+    check: Callable[[list[float]], Mapping[float, Floats]] | None = None,
 ) -> Fit:
     """Return the fit of measured forces (n,) by simulated ones (n,) by friction.
 
@@ -92,7 +93,8 @@ def fit(
     frictions = np.linspace(min(simulated), max(simulated), GRID if interpolated else 1)
     forces = interpolated(frictions) if interpolated else np.array([*simulated.values()])
     first = best = _likeliest(measured, frictions, forces)
-    tried, checked = set(), {}
+    tried: set[float] = set()
+    checked: dict[float, Floats] = {}
     while check and not min(checked, default=np.inf) <= best.friction[0] <= max(checked, default=0):
         if not (new := sorted({*best.friction} - tried)):
             break
@@ -106,16 +108,21 @@ def fit(
     return best
 
 
-def _by_friction(forces: Mapping[float, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+def _interval(values: Iterable[float]) -> Interval:
+    best, lowest, highest = map(float, values)
+    return best, lowest, highest
+
+
+def _by_friction(forces: Mapping[float, Floats]) -> tuple[Floats, Floats]:
     return np.array(sorted(forces)), np.array([forces[force] for force in sorted(forces)])
 
 
-def _widened(best: Fit, before: Fit, ratio: np.ndarray) -> Fit:
+def _widened(best: Fit, before: Fit, ratio: Floats) -> Fit:
     """Return a corrected fit whose intervals hold the error that is left by the correction as well."""
 
     def interval(value: Interval, other: Interval, bounds: tuple[float, float]) -> Interval:
         ends = np.hypot(np.subtract(value, value[0]), LEFT * (value[0] - other[0])) * [0, -1, 1]
-        return tuple(map(float, np.clip(value[0] + ends, *bounds)))
+        return _interval(np.clip(value[0] + ends, *bounds))
 
     return replace(
         best,
@@ -125,13 +132,13 @@ def _widened(best: Fit, before: Fit, ratio: np.ndarray) -> Fit:
     )
 
 
-def _likeliest(measured: np.ndarray, frictions: np.ndarray, forces: np.ndarray) -> Fit:
+def _likeliest(measured: Floats, frictions: Floats, forces: Floats) -> Fit:
     kinds = (False, True) if (measured > 0).all() and (forces > 0).all() else (False,)
     fits = [_fit(measured, frictions, forces, kind) for kind in kinds]
     return max(fits, key=lambda best: best.likelihood)
 
 
-def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, proportional: bool) -> Fit:
+def _fit(measured: Floats, frictions: Floats, f: Floats, proportional: bool) -> Fit:
     """Return the fit by one of the curves (g, n) of frictions (g,), for one kind of noise."""
     n, free, best_of = len(measured), 1 + (len(frictions) > 1), (np.exp if proportional else np.asarray)
     # y = offset + a slope + noise, where exp a or a is the factor of the modulus
@@ -150,8 +157,8 @@ def _fit(measured: np.ndarray, frictions: np.ndarray, f: np.ndarray, proportiona
     half = np.sqrt((limit - squares[inside]) / information[inside])
     ends = a[best], (a[inside] - half).min(), (a[inside] + half).max()
     return Fit(
-        factor=tuple(map(float, best_of(ends))),
-        friction=tuple(map(float, (frictions[best], *frictions[inside][[0, -1]]))),
+        factor=_interval(best_of(ends)),
+        friction=_interval((frictions[best], *frictions[inside][[0, -1]])),
         forces=best_of(a[best]) * f[best],
         proportional=proportional,
         noise=float(deviation / (1.0 if proportional else np.abs(measured).max())),

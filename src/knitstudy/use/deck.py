@@ -18,6 +18,7 @@ from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
@@ -64,7 +65,8 @@ class Interaction:
 
         A program whose stick stiffness is mu p over this length has the stiffness of the law at this pressure.
         """
-        return self.law.friction * self.law.normal / self.law.tangential * self.penetration
+        law = self.law
+        return float(law.friction * law.normal / law.tangential * self.penetration)
 
 
 @dataclass(frozen=True)
@@ -95,16 +97,20 @@ class Deck:
     departures: tuple[str, ...] = ()  # limits of the deck, in sentences
 
 
-def require_deck(scene: Scene) -> None:
-    """Refuse scenes whose yarns are not divided into hexahedra; ConfigurationError."""
-    if "deck" not in scene.kind.fidelity.outputs:
+Touching = Hexahedra | PairOfHexahedra
+
+
+def hexahedral(scene: Scene) -> HexahedralScene:
+    """Return a scene if its yarns are divided into hexahedra; raises ConfigurationError if they are not."""
+    if not isinstance(scene, HexahedralScene):
         raise ConfigurationError(
             f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
             " do not have the elements and the contact of other models"
         )
+    return scene
 
 
-def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
+def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
     edges, direction = scene.value("contact.tied_edges"), scene.value("load.direction")
@@ -112,12 +118,14 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     tie = tie_crossings(parts, specimen, tied, scene.tie.radius, scene.yarn.youngs_modulus)
     mesh, crossings = parts.mesh, specimen.crossings
     free = tie.free(mesh.nodes)
-    touching = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
+    touching: list[tuple[int, int]] = [] if tied.all() else np.unique(crossings.yarn, axis=0).tolist()
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel
     interaction = None
+    assert parts.connectivity is not None, "hexahedra have nodes"
     if touching:
-        size = scene.metres("mesh.smallest")
+        assert isinstance(scene, Touching), "yarns that are not tied may touch"
+        size = scene.mesh.smallest * scene.yarn.radius
         law = penalties(scene.contact, scene.yarn.youngs_modulus, scene.friction, size)
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
@@ -137,11 +145,11 @@ def specimen_deck(scene: Scene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     )
 
 
-def _departures(scene: Scene, tied: np.ndarray) -> Iterator[str]:
+def _departures(scene: HexahedralScene, tied: np.ndarray) -> Iterator[str]:
     """Yield sentences on those keys of a scene that decks have no place for."""
     if tied.any():
         yield EXACTLY_JOINED
-    if tied.all():
+    if tied.all() or not isinstance(scene, Touching):
         return
     if scene.is_knit:
         yield "contact: between yarns that cross; a yarn does not touch itself in a deck, so that legs may meet"
@@ -161,8 +169,8 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
     above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
     may_touch = [free[facets].all(axis=1) for facets in quads]
-    slave = (cKDTree(below).query(above)[0] < reach) & may_touch[0]
-    master = (cKDTree(above).query(below)[0] < reach) & may_touch[1]
+    near = [np.less(cKDTree(other).query(own)[0], reach) for own, other in ((above, below), (below, above))]
+    slave, master = (np.logical_and(*pair) for pair in zip(near, may_touch, strict=True))
     name = f"YARNS{lower}_{upper}"
     return ContactPair(name, facet_faces(mesh, upper, slave), facet_faces(mesh, lower, master))
 

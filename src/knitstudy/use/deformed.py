@@ -14,11 +14,11 @@ from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -30,10 +30,23 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import motion
-from knitstudy.use.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube
-from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.use.style import SINGLE, YARNS, resolution, styled
+from knitstudy.use.solids import (
+    BAR,
+    Picture,
+    Surface,
+    View,
+    bounds,
+    colour_bar,
+    draw_rows,
+    scale_bar,
+    tube,
+)
+from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, styled
 from knitstudy.use.vtu import write_deformed
+
+if TYPE_CHECKING:
+    import xarray as xr
+
 
 VIEW = View.orbit(18.0, 28.0)
 COLOURS = colormaps["viridis"]
@@ -273,10 +286,9 @@ def animate(knit: Deformed, path: Path) -> None:
 
     frames = []
     for increment in _spread(len(knit.strain), FRAMES):
-        drawing = FigureCanvasAgg(draw(knit, increment))
-        drawing.figure.set_dpi(resolution())
-        drawing.draw()
-        frames.append(Image.fromarray(np.asarray(drawing.buffer_rgba())[..., :3]))
+        drawing = draw(knit, increment)
+        drawing.set_dpi(resolution())
+        frames.append(Image.fromarray(pixels(drawing)[..., :3]))
     pauses = [PAUSE] * (len(frames) - 1) + [5 * PAUSE]
     with replacing(path) as temporary:
         frames[0].save(

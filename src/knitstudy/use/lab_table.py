@@ -10,6 +10,7 @@ from __future__ import annotations
 import csv
 import logging
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -119,6 +120,7 @@ def _best_split(text: str, path: Path) -> tuple[list[Line], str | None]:
 
 
 def _split(lines: list[tuple[int, str]], separator: str | None) -> list[Line]:
+    parted: Iterable[list[str]]
     if separator is None:
         parted = (re.split(r"\t|\s{2,}|\s(?=[+-]?[\d.,])", text.strip()) for _, text in lines)
     else:
@@ -153,7 +155,7 @@ def _names(above: list[Line], path: Path) -> tuple[list[str], list[Line]]:
 def _marks(table: pd.DataFrame, separator: str | None, path: Path) -> tuple[str, str]:
     """Return the decimal mark and the mark of thousands of all numbers of a table."""
     fields = {field.translate(SPACES) for field in table.to_numpy().ravel() if NUMBER.match(field)}
-    decimal = {}
+    decimal: dict[str, str] = {}
     for field in sorted(fields):
         body = re.split("[eE]", field)[0]
         both = [mark for mark in ".," if mark in body]

@@ -178,10 +178,10 @@ def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
 def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, path: Path) -> pd.DataFrame:
     """Return the rows of one curve."""
     for column, value in only.items():
-        there = find("column", table, column, str(path)).astype(str)
+        there = find("column", _columns(table), column, str(path)).astype(str)
         find(f"{column} in --only", dict.fromkeys(there), value, str(path))
         table = table[there == value]
-    for column in table.select_dtypes(exclude="number"):
+    for column in map(str, table.select_dtypes(exclude="number")):
         names = table[column].astype(str)
         if direction in set(names):
             table = table[names == direction]
@@ -191,12 +191,16 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
     return table
 
 
+def _columns(table: pd.DataFrame) -> dict[str, pd.Series]:
+    return {str(name): column for name, column in table.items()}
+
+
 def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> pd.Series:
     """Return strain [1] or force [N/m]."""
     column, unit = how.get(name) or _recognised(table, name, path)
     column = table.attrs["full_names"].get(column, column)
     scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
-    values = find("column", table, column, f"{path}: --{name}")
+    values = find("column", _columns(table), column, f"{path}: --{name}")
     if not pd.api.types.is_numeric_dtype(values):
         raise DataFileError(f"{path}: {column!r} holds words: {values.iloc[0]!r}; add --{name} COLUMN UNIT")
     values = scale * values
@@ -214,7 +218,9 @@ def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) 
 def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
     """Return the column of strain or force, and its unit, by the names of the columns."""
     columns = [
-        column for column in table if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
+        column
+        for column in map(str, table)
+        if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
     ]
     add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
     if len(columns) != 1:

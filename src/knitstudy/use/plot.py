@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
@@ -21,9 +20,19 @@ from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.use import deformed
-from knitstudy.use.style import FAINT, INK, PAPER, SINGLE, YARNS, figure, styled
-
-PERCENT, MILLI, MEGA = 100.0, 1e3, 1e-6
+from knitstudy.use.style import (
+    FAINT,
+    INK,
+    MEGAPASCAL,
+    MILLIMETRE,
+    PAPER,
+    PERCENT,
+    SINGLE,
+    YARNS,
+    figure,
+    pixels,
+    styled,
+)
 
 
 def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
@@ -50,9 +59,7 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
         (one,) = results
         drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
     if axes is not None:
-        canvas = FigureCanvasAgg(drawing)
-        canvas.draw()
-        axes.imshow(np.asarray(canvas.buffer_rgba()))
+        axes.imshow(pixels(drawing))
         axes.set_axis_off()
     return drawing
 
@@ -109,33 +116,35 @@ def _contacts(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _stresses(dataset: xr.Dataset, axes: Axes) -> None:
-    value = MEGA * principal_axes(dataset["cell_stress"].to_numpy()[:, FULL])[0][:, 0]
+    value = MEGAPASCAL * principal_axes(dataset["cell_stress"].to_numpy()[:, FULL])[0][:, 0]
     order = np.argsort(value)
-    place = MILLI * dataset["cell_place"].to_numpy()[order]
-    dots = axes.scatter(*place[:, :2].T, c=value[order], s=1.0, linewidth=0, cmap="cividis", rasterized=True)
+    place = MILLIMETRE * dataset["cell_place"].to_numpy()[order]
+    dots = axes.scatter(
+        place[:, 0], place[:, 1], c=value[order], s=1.0, linewidth=0, cmap="cividis", rasterized=True
+    )
     axes.figure.colorbar(dots, ax=axes, label="maximum principal stress (MPa)")
     _in_the_plane(axes)
 
 
 def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
     bounds = dataset["first_slice"].to_numpy()
-    centres = MILLI * dataset["centres"].to_numpy()
+    centres = MILLIMETRE * dataset["centres"].to_numpy()
     for number, (first, end) in enumerate(pairwise(bounds)):
         axes.plot(*centres[first:end, :2].T, ".-", color=YARNS[number % len(YARNS)], markersize=1.5)
     _in_the_plane(axes)
 
 
 def _rest(dataset: xr.Dataset, axes: Axes) -> None:
-    axes.plot(*MILLI * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
+    axes.plot(*MILLIMETRE * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
     _in_the_plane(axes)
 
 
 def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
     specimen = fabric_of(dataset)
     for number, yarn in enumerate(specimen.centrelines):
-        place = MILLI * yarn.position(np.linspace(0, yarn.length, 400))
+        place = MILLIMETRE * yarn.position(np.linspace(0, yarn.length, 400))
         axes.plot(*place[:, :2].T, color=YARNS[number % len(YARNS)])
-    crossings = MILLI * specimen.crossings.point.mean(axis=1)
+    crossings = MILLIMETRE * specimen.crossings.point.mean(axis=1)
     axes.plot(*crossings[:, :2].T, "o", color=FAINT, markerfacecolor="none")
     _in_the_plane(axes)
 
@@ -144,9 +153,10 @@ def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
 def draw_loop(dataset: xr.Dataset) -> Figure:
     """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
     fabric = fabric_of(dataset)
-    loop, diameter = fabric.loop, 2 * MILLI * fabric.radius
+    assert fabric.loop is not None, "a knit has a loop"
+    loop, diameter = fabric.loop, 2 * MILLIMETRE * fabric.radius
     knit = plain_knit(loop, max(2, loop.columns), loop.rows)
-    points = [MILLI * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
+    points = [MILLIMETRE * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
     low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))
     extent = high - low + 2 * diameter
     drawing = figure(1.35 * SINGLE, SINGLE)
@@ -169,7 +179,9 @@ def draw_loop(dataset: xr.Dataset) -> Figure:
         order = np.repeat(np.concatenate([line[2:-2, depth] for line in points]).argsort(kind="stable"), 2)
         colours = [YARNS[yarn[piece]] if k % 2 else PAPER for k, piece in enumerate(order)]
         widths = np.tile([1.15 * width, width], len(pieces))
-        axes.add_collection(LineCollection(pieces[order], colors=colours, linewidths=widths, capstyle="butt"))
+        axes.add_collection(
+            LineCollection([*pieces[order]], colors=colours, linewidths=widths, capstyle="butt")
+        )
     views[1].set_xticks([0.0])
     return drawing
 

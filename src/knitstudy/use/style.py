@@ -11,29 +11,36 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import matplotlib
+import numpy as np
 import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.legend import Legend
+from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
 from knitstudy.knit.scene.kinds import MODELS as ALL_MODELS
-from knitstudy.measures.discretisation import INTERACTIONS as INTERACTION_NAMES
+from knitstudy.measures.reference import INTERACTIONS as INTERACTION_NAMES
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
 
 INCH = 25.4  # millimetres
-PERCENT, MICROMETRE, MEGAPASCAL = 100.0, 1e6, 1e-6  # units of axes over those of data: 1, metre and pascal
+# Units of axes over those of data: 1, metre and pascal
+PERCENT, MILLIMETRE, MICROMETRE, MEGAPASCAL = 100.0, 1e3, 1e6, 1e-6
 
-# An argument of a figure: a result, several by the names of their scenes, or a table of reference.
-Source = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
+Source: TypeAlias = xr.Dataset | Mapping[str, xr.Dataset] | pd.DataFrame
+"""An argument of a figure: a result, several by the names of their scenes, or a table of reference."""
+
+Style = dict[str, Any]
+"""Keywords of matplotlib for the looks of lines, marks and letters."""
 
 SINGLE, DOUBLE = 84.0, 174.0  # widths of a figure of one and of two columns [mm]
 RESOLUTION = "KNITSTUDY_DPI"  # environment variable: points an inch; with fewer, solids are drawn faster
@@ -45,7 +52,7 @@ YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
 ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
 
-RC = {
+RC: Any = {
     "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
     "mathtext.fontset": "dejavusans",
     "font.size": 8.0,
@@ -97,7 +104,7 @@ class Look:
     marker: str
 
     @property
-    def line(self) -> dict:
+    def line(self) -> Style:
         """Keywords of a matplotlib line."""
         return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
 
@@ -132,10 +139,24 @@ def figure(width: float, height: float, **options: Any) -> Figure:
     return Page(figsize=(width / INCH, height / INCH), **options)
 
 
+def pixels(drawing: Figure) -> NDArray[np.uint8]:
+    """Return a figure as an array (height, width, 4), RGBA, at its own resolution."""
+    canvas: Any = FigureCanvasAgg(drawing)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())
+
+
 def place(drawing: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
     """Return new axes; `left` and `width` are shares of the figure's width, `bottom` and `height` are in mm."""
     whole = INCH * drawing.get_figheight()
     return drawing.add_axes((left, bottom / whole, width, height / whole))
+
+
+def height(axes: Axes) -> float:
+    """Return the height of axes [mm]."""
+    drawing = axes.get_figure(root=True)
+    assert drawing is not None
+    return float(INCH * drawing.get_figheight() * axes.get_position().height)
 
 
 def shared_legend(drawing: Figure, **look: Any) -> Legend:
@@ -153,7 +174,7 @@ def panel_letter(axes: Axes, letter: str, title: str = "") -> None:
 def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
     """Return a colour mixed with white; `share` is the share of the colour."""
     red, green, blue = to_rgb(colour)
-    return tuple(share * part + 1 - share for part in (red, green, blue))
+    return share * red + 1 - share, share * green + 1 - share, share * blue + 1 - share
 
 
 def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:

@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.measures import centre_cell, response
-from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.measures.reference import INTERACTIONS, transferred_uncertainty
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence, Judgement, NotRun
 from knitstudy.paper.claims.scale import COMPARABLE, Row, at_least, at_most, holds
 from knitstudy.paper.sweeps import FRICTION

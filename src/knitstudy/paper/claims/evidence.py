@@ -16,8 +16,13 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.discretisation import INTERACTIONS, made_of
-from knitstudy.measures.reference import Reference, reference_of, transferred_uncertainty
+from knitstudy.measures.reference import (
+    INTERACTIONS,
+    Reference,
+    made_of,
+    reference_of,
+    transferred_uncertainty,
+)
 from knitstudy.paper.cases import MODELS, Case, cases_of
 from knitstudy.paper.claims.scale import DECIDED, NOT_RUN, UNDECIDABLE, Row, worst
 from knitstudy.paper.paper_values import number

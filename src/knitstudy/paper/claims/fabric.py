@@ -9,7 +9,7 @@ from scipy.special import stdtrit
 
 from knitstudy.measures.centre_cell import crossing_error, loop_of
 from knitstudy.measures.cost import Series, memory_growth, series_of
-from knitstudy.measures.discretisation import HEXAHEDRA, INTERACTIONS
+from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS
 from knitstudy.paper.claims.evidence import Evidence, Judgement, NotRun
 from knitstudy.paper.claims.scale import UNDECIDABLE, Row, at_most, comparable, holds, trend
 from knitstudy.paper.sweeps import HELD, SPACING, Sweep, sweeps_of

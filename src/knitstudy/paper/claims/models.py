@@ -11,9 +11,8 @@ import numpy as np
 from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
 from knitstudy.measures.cost import MEGABYTE, memory_growth
-from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import UNKNOWN, Estimate
-from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.measures.reference import made_of, transferred_uncertainty
 from knitstudy.paper.cases import Case, Simulation, is_plain
 from knitstudy.paper.claims.evidence import Evidence, Judgement, NotRun
 from knitstudy.paper.claims.scale import (

@@ -17,8 +17,8 @@ from knitstudy.measures.centre_cell import (
     angles_to_axes,
     honeycomb_segments,
 )
-from knitstudy.measures.discretisation import made_of
 from knitstudy.measures.estimate import Estimate, all_hold
+from knitstudy.measures.reference import made_of
 from knitstudy.paper.claims.evidence import Evidence, Judgement, NotRun
 from knitstudy.paper.claims.scale import COMPARABLE, Row, comparable, holds
 from knitstudy.paper.paper_values import numbers

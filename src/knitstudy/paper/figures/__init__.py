@@ -9,7 +9,7 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.renderer import RenderingError
+from knitstudy.use.solids import RenderingError
 from knitstudy.use.style import styled
 
 log = logging.getLogger(__name__)

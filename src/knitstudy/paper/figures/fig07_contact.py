@@ -15,10 +15,14 @@ from matplotlib.ticker import MaxNLocator
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
+from knitstudy.measures.response import deformed_centrelines
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import (
+from knitstudy.use.solids import (
     BAR,
+    FRONT,
     HALO,
+    Picture,
+    Surface,
     colour_bar,
     draw_rows,
     scale_bar,
@@ -27,15 +31,16 @@ from knitstudy.use.picture import (
     write,
     yarn_colours,
 )
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
 from knitstudy.use.style import (
     ACCENT,
     FAINT,
     INCH,
     INTERACTIONS,
     MEGAPASCAL,
+    MILLIMETRE,
     PERCENT,
-    panel_letter,
+    Style,
+    height,
     place,
     tint,
 )
@@ -60,7 +65,9 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     passing = np.unique(contacts["yarn"].to_numpy()[cell])
     yarns = [deformed_yarns(knit, dns, passing, point.increment) for point in points]
     pictures = [Picture(surfaces, FRONT, window) for surfaces in yarns]
-    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES)
+    titles = [f"{PERCENT * point.strain:.3g} % strain" for point in points]
+    letters = [f"c{point.number}" for point in points]
+    drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES, titles=titles, letters=letters)
     foot = INCH * drawing.get_figheight() - CURVES
     upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
     _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
@@ -72,9 +79,8 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
         order = np.argsort(pressure)
         at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
-        axes.scatter(*at.T, c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
+        axes.scatter(at[:, 0], at[:, 1], c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
-        panel_letter(axes, f"c{point.number}", f"{PERCENT * point.strain:.3g} % strain")
     scale_bar(panels[0], 2, left=0.43)
     colour_bar(drawing, scale, "contact pressure (MPa)", 0.3, 0.4)
     return drawing
@@ -102,7 +108,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
     upper.yaxis.set_major_locator(MaxNLocator(integer=True))
     lower.yaxis.set_major_locator(MaxNLocator(3, steps=[1, 2, 5, 10]))  # few digits: the label needs the room
     for axes, letter in ((upper, "a"), (force, "b")):
-        above = 1 + NUMBERS / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+        above = 1 + NUMBERS / height(axes)
         _number(axes, points, above)
         axes.text(-0.17, above, f"({letter})", transform=axes.transAxes, fontsize=8.5)
 
@@ -114,9 +120,9 @@ def _number(axes: Axes, points: Sequence[Snapshot], above: float) -> None:
     for point in points:
         x = PERCENT * point.strain
         at = max(x, at + apart)
-        line = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
-        look = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
-        frames = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
+        line: Style = {"arrowstyle": "-", "linewidth": 0.7, "color": FAINT, "shrinkA": 1, "shrinkB": 0}
+        look: Style = {"ha": "center", "va": "bottom", "fontweight": "bold", "annotation_clip": False}
+        frames: Style = {"xycoords": ("data", "axes fraction"), "textcoords": ("data", "axes fraction")}
         axes.annotate(str(point.number), (x, 1.0), (at, above), arrowprops=line, **look, **frames)
 
 
@@ -124,7 +130,7 @@ def deformed_yarns(
     knit: Fabric, dns: xr.Dataset, numbers: Iterable[int], increment: int, opacity: float = 1.0
 ) -> list[Surface]:
     """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
-    position = dns["centreline"].to_numpy() + dns["centreline_displacement"].to_numpy()[increment]
+    position = deformed_centrelines(dns, increment)
     yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
     return [tube(position[yarn == number], knit.radius, tint(colours[number]), opacity) for number in numbers]
 
@@ -140,10 +146,10 @@ def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point
     now = contacts.isel(increment=point.increment, crossing=cell)
     closed = now["zones"].to_numpy() > 0
     middle = axes.transLimits.inverted().transform((0.5, 0.5))
-    look = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
+    look: Style = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
     for tip in MILLIMETRE * FRONT.project(now["contact_centroid"].to_numpy()[closed]):
         outwards = (tip - middle) / np.linalg.norm(tip - middle)
-        tail = {"xytext": tuple(ARROW * outwards), "textcoords": "offset points"}
-        axes.annotate("", tip + 0.35 * outwards, **tail, arrowprops=look, zorder=8)
+        tail, head = tuple(ARROW * outwards), tuple(tip + 0.35 * outwards)
+        axes.annotate("", head, tail, textcoords="offset points", arrowprops=look, zorder=8)
     if not closed.any():
         write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

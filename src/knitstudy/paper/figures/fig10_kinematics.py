@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -15,12 +16,32 @@ from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotation_angle
+from knitstudy.measures.response import deformed_centrelines
 from knitstudy.paper.figures.fig07_contact import deformed_yarns
-from knitstudy.paper.figures.fig08_out_of_plane import OBLIQUE, draw_forces
+from knitstudy.paper.figures.fig08_fig16_out_of_plane import OBLIQUE, draw_forces
 from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import HALO, bounds, draw_arrow, draw_rows, scale_bar, window_around, write
-from knitstudy.use.renderer import MILLIMETRE, Picture, View
-from knitstudy.use.style import ACCENT, FAINT, INCH, INK, MICROMETRE, PERCENT, panel_letter, tint
+from knitstudy.use.solids import (
+    HALO,
+    Picture,
+    View,
+    bounds,
+    draw_arrow,
+    draw_rows,
+    window_around,
+    write,
+)
+from knitstudy.use.style import (
+    ACCENT,
+    FAINT,
+    INCH,
+    INK,
+    MICROMETRE,
+    MILLIMETRE,
+    PERCENT,
+    Style,
+    panel_letter,
+    tint,
+)
 
 CURVES = 112.0  # height of the curves [mm]
 REACH = 2.4  # half the width of the pictures of the crossing, in radii
@@ -29,8 +50,8 @@ ROUNDING = 1e-9  # values of a panel below which all of them are rounding errors
 LOWER, UPPER = "#0072B2", "#D55E00"
 
 # How crossings are drawn, by zone: right ones lie thin on their wide mirror images.
-DOTS = {"linewidth": 1.2, "marker": "o", "markersize": 2.5}
-TRIANGLES = {"linewidth": 1.2, "linestyle": "--", "marker": "^", "markersize": 3}
+DOTS: Style = {"linewidth": 1.2, "marker": "o", "markersize": 2.5}
+TRIANGLES: Style = {"linewidth": 1.2, "linestyle": "--", "marker": "^", "markersize": 3}
 ZONES = (
     ("left lower crossing", {"color": tint(LOWER), "linewidth": 4.0}),
     ("right lower crossing", {"color": LOWER, **DOTS}),
@@ -70,25 +91,21 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     views = [_crossing(knit, dns, states, k) for k in range(3)]
     left, right, bottom, top = bounds(free, OBLIQUE)
     room = 0.25 * (right - left)  # the free body takes two thirds of the width
-    body = Picture(free, OBLIQUE, (left - room, right + room, bottom, top))
+    alone = Picture(free, OBLIQUE, (left - room, right + room, bottom, top), 5)
     drawing, (body, *panels, section) = draw_rows(
-        [[body], [*(picture for picture, _, _ in views), None]], head=12.0, foot=CURVES
+        [[alone], [*(picture for picture, _, _ in views), None]], head=12.0, foot=CURVES
     )
     panel_letter(body, "a", "forces on one yarn, a free body, at full load")
     draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
-    scale_bar(body, 5, OBLIQUE)
     turned = np.degrees(np.linalg.norm(states["section_rotation"], axis=1))
-    labels = zip(PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]), strict=True)
-    for k, (axes, (_, diameter, slide), numbers) in enumerate(
-        zip(panels, views, labels, strict=True), start=1
-    ):
+    numbers = (PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]))
+    for k, (_, diameter, (start, way)) in enumerate(views):
+        axes, strain, angle, distance = panels[k], *(float(number[k]) for number in numbers)
         axes.plot(*diameter.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
-        draw_arrow(axes, *slide, ACCENT, 2.0)
-        strain, angle, distance = map(float, numbers)
-        panel_letter(axes, f"b{k}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
-    scale_bar(panels[0], 1)
-    labels = f"turn and slide are drawn {MAGNIFIED:g} times as large"
-    panels[1].text(0.5, -0.02, labels, transform=panels[1].transAxes, ha="center", va="top")
+        draw_arrow(axes, start, way, ACCENT, 2.0)
+        panel_letter(axes, f"b{k + 1}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
+    text = f"turn and slide are drawn {MAGNIFIED:g} times as large"
+    panels[1].text(0.5, -0.02, text, transform=panels[1].transAxes, ha="center", va="top")
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
     return drawing
@@ -125,7 +142,7 @@ def _crossing(
     out, along = state["outwards"].to_numpy(), knit.centrelines[yarn].tangent(np.array([s]))[0]
     view = View(tuple(-out), tuple(along))
     own = dns.isel(station=dns["yarn"].to_numpy() == yarn)
-    position = own["centreline"].to_numpy() + own["centreline_displacement"].to_numpy()[at]
+    position = deformed_centrelines(own, at)
     middle = np.array([np.interp(s, own["arc_length"], coordinate) for coordinate in position.T])
     surfaces = deformed_yarns(knit, dns, [yarn], at) + deformed_yarns(
         knit, dns, [int(state["other"])], at, 0.3
@@ -135,7 +152,7 @@ def _crossing(
     start, slide = view.project(middle), MAGNIFIED * view.project(np.nan_to_num(state["slide"].to_numpy()))
     window = window_around(middle[None], 2 * (REACH * MILLIMETRE * knit.radius,), view)
     return (
-        Picture(surfaces, view, window),
+        Picture(surfaces, view, window, bar=0.0 if k else 1.0, directions=False),
         MILLIMETRE * np.stack([start - across, start + across]),
         MILLIMETRE * np.stack([start, slide]),
     )
@@ -156,9 +173,9 @@ def _draw_spin(axes: Axes, angles: np.ndarray) -> None:
 def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:
     """Draw the two yarns of the centre cell side by side, the quantities one below the other."""
     whole = INCH * drawing.get_figheight()
-    grid = {"left": 0.125, "right": 0.985, "bottom": 19 / whole, "top": (CURVES - 11) / whole, "wspace": 0.1}
-    grid = drawing.add_gridspec(len(QUANTITIES), len(SIDES), **grid)
-    panels = grid.subplots(sharex=True, sharey="row")
+    room: Style = {"left": 0.125, "right": 0.985, "bottom": 19 / whole, "top": (CURVES - 11) / whole}
+    grid = drawing.add_gridspec(len(QUANTITIES), len(SIDES), wspace=0.1, **room)
+    panels: Any = grid.subplots(sharex=True, sharey="row")
     strain, crossings = PERCENT * contacts["strain"].to_numpy(), centre_cell(contacts)
     for (label, quantity), row in zip(QUANTITIES.items(), panels, strict=True):
         values = np.asarray(quantity(contacts))[:, crossings]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 
 import numpy as np
 import pandas as pd
@@ -11,15 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import INTERACTIONS, SOLID_YARNS
-from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
+from knitstudy.measures.reference import INTERACTIONS, SOLID_YARNS
+from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Sweep, sweeps_of
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.renderer import MILLIMETRE
-from knitstudy.use.style import DOUBLE, INK, figure, panel_letter, shared_legend
+from knitstudy.use.style import DOUBLE, INK, MILLIMETRE, Style, figure, panel_letter, shared_legend
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
 LOOKS = {"isotropic": ("-", "o"), "tie": ("--", "s")}  # dash and marker by interaction, a row each
-BARS = {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
+BARS: Style = {"linewidth": 1.2, "elinewidth": 0.6, "capsize": 1.8, "clip_on": False}
 CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of solid yarns
 
 
@@ -35,8 +34,10 @@ def draw(
     reference: pd.DataFrame,
 ) -> Figure:
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
-    spacings, diameters = (sweeps_of(key, drawn | sweeps, scenes, reference) for key in (SPACING, DIAMETER))
-    spacing = MILLIMETRE * spacings[0].points[0].scene.pattern.course_spacing
+    spacings, diameters = (
+        sweeps_of(key, {**drawn, **sweeps}, scenes, reference) for key in (SPACING, DIAMETER)
+    )
+    spacing = MILLIMETRE * spacings[0].points[0].scene.value("pattern.course_spacing")
     columns = (("course spacing (mm)", spacings, spacing), ("yarn diameter (mm)", diameters, MILLIMETRE))
     drawing = figure(DOUBLE, 125.0, layout="constrained")
     panels = drawing.subplots(2, 2, sharex="col", sharey="row")
@@ -44,7 +45,7 @@ def draw(
         for row, (kind, axes) in enumerate(zip(LOOKS, panels[:, k], strict=True)):
             for sweep in series:
                 if sweep.interaction == kind:
-                    _draw_series(axes, sweep, lambda point, unit=unit: unit * point.value)
+                    _draw_series(axes, sweep, unit)
             panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind])
         panels[1, k].set_xlabel(label)
     for axes in panels[:, 0]:  # limits of a row hold for all that it shows
@@ -53,10 +54,11 @@ def draw(
     return drawing
 
 
-def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> None:
+def _draw_series(axes: Axes, series: Sweep, unit: float) -> None:
+    """Draw the motions of a sweep over its values, in a unit."""
     motions = [point.u_z.of(lambda value: MILLIMETRE * value) for point in series.points]
     dash, marker = LOOKS[series.interaction]
-    look = {"color": COLOURS[series.keep], **BARS}
+    look: Style = {"color": COLOURS[series.keep], **BARS}
     if series.main:
         look |= {"linestyle": dash, "marker": marker, "markersize": 3.5}
         look["label"] = HELD[series.keep]
@@ -66,5 +68,5 @@ def _draw_series(axes: Axes, series: Sweep, scale: Callable[[Point], float]) -> 
         look["label"] = series.made_of
     off = np.nan_to_num([motion.uncertainty for motion in motions])
     axes.errorbar(
-        [scale(point) for point in series.points], [motion.value for motion in motions], off, **look
+        [unit * point.value for point in series.points], [motion.value for motion in motions], off, **look
     )

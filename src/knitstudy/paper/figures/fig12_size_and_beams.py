@@ -20,7 +20,7 @@ from knitstudy.paper.cases import label_of
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.paper.unknowns import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import BEAM_MODELS, FIGURES, of_case, one, several, solid
-from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, figure, panel_letter, place
+from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {
@@ -60,8 +60,8 @@ def draw(
     quantity = f"force over the {owners([true])}\nat full strain"
     curves = [force_curve(DIRECT, dns, true)]
     for name, history in beams.items():
-        look = Look(label_of(scenes[name]), *LAWS.find(scenes[name].beam.section).look)
-        look = replace(look, dash=DASHES.get(scenes[name].beam.tie, look.dash))
+        look = Look(label_of(scenes[name]), *LAWS.find(scenes[name].value("beam.section")).look)
+        look = replace(look, dash=DASHES.get(scenes[name].value("beam.tie"), look.dash))
         curves.append(force_curve(look, history, true))
     axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)
     draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")
@@ -82,21 +82,17 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFra
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
     for model in counted_models(fabric_of(geometry), scene, paper):
-        look = MODELS[model.stem.split("-")[0]].colour
+        ink = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
-            lines.append((model.name.removesuffix(", ties"), model.unknowns, look, "-"))
+            lines.append((model.name.removesuffix(", ties"), model.unknowns, ink, "-"))
         else:
-            lines.append(("hexahedra, contact by multipliers", model.multiplied, look, "--"))
+            lines.append(("hexahedra, contact by multipliers", model.multiplied, ink, "--"))
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end = {
-            "xytext": (5, {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)),
-            "textcoords": "offset points",
-            "va": "center",
-            "color": colour,
-        }
-        axes.annotate(f"{name}: {law(SHOWN[-1]) / 1e6:.3g} million", (SHOWN[-1], law(SHOWN[-1])), **end)
+        end, above = law(SHOWN[-1]), {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)
+        look: Style = {"textcoords": "offset points", "va": "center", "color": colour}
+        axes.annotate(f"{name}: {end / 1e6:.3g} million", (SHOWN[-1], end), (5, above), **look)
     rows = paper[
         paper["table"].astype(str).isin(["3", "5", "fig12a"]) & (paper["quantity"] == "degrees of freedom")
     ]

@@ -11,13 +11,23 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from scipy.interpolate import RegularGridInterpolator
 
+from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import BAR, bounds, colour_bar, draw_rows, scale_bar, tube, window_around
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture, Surface
-from knitstudy.use.style import MEGAPASCAL, panel_letter
+from knitstudy.use.solids import (
+    BAR,
+    FRONT,
+    Picture,
+    Surface,
+    bounds,
+    colour_bar,
+    draw_rows,
+    tube,
+    window_around,
+)
+from knitstudy.use.style import MEGAPASCAL, MILLIMETRE, PERCENT
 
 YARN = "#EDEAE4"  # of yarns below the streaks
 SHADES = 14  # colours of streaks
@@ -34,36 +44,34 @@ ABOVE = 1.02  # of streaks, over the yarn's radius: clear of the facets of a tub
     "fig13_principal_stress",
     "Fig. 13: flow of the maximum principal stress, isotropic friction",
     results={
-        "isotropic_course_dns_mesh": solid("mesh", "isotropic-course"),
-        "isotropic_course_dns_stress": solid("stress", "isotropic-course"),
-        "isotropic_wale_dns_mesh": solid("mesh", "isotropic-wale"),
-        "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
+        f"isotropic_{direction}_dns_{name}": solid(name, f"isotropic-{direction}")
+        for direction in DIRECTIONS
+        for name in ("mesh", "stress")
     },
 )
 def draw(**results: xr.Dataset) -> Figure:
     """Draw the deformed knits with streaks along the axes on their surfaces, darker where the stress is larger."""
-    directions, knits = ("course", "wale"), []
-    for direction in directions:
+    knits = []
+    for direction in DIRECTIONS:
         mesh, stresses = (results[f"isotropic_{direction}_dns_{name}"] for name in ("mesh", "stress"))
         knits.append((*flow(SweptMesh.from_dataset(mesh), stresses), stresses))
     window = bounds([surface for surfaces, _, _ in knits for surface in surfaces])
-    whole = [Picture(surfaces, FRONT, window) for surfaces, _, _ in knits]
-    close = [Picture(surfaces, FRONT, _cell(surfaces, stresses)) for surfaces, _, stresses in knits]
-    drawing, panels = draw_rows([whole, close], foot=BAR)
-    for place, (direction, (_, scale, stresses)) in enumerate(zip(directions, knits, strict=True)):
-        upper, lower = panels[place], panels[2 + place]
-        panel_letter(
-            upper, "ab"[place], f"{direction} tension, {100 * stresses.attrs['strain']:.3g} % strain"
-        )
-        panel_letter(lower, "cd"[place], "the centre cell")
-        scale_bar(upper, 5, FRONT)
-        scale_bar(lower, 2)
+    whole = [Picture(surfaces, FRONT, window, 5) for surfaces, _, _ in knits]
+    close = [
+        Picture(surfaces, FRONT, _cell(surfaces, stresses), 2, directions=False)
+        for surfaces, _, stresses in knits
+    ]
+    titles = [
+        f"{direction} tension, {PERCENT * stresses.attrs['strain']:.3g} % strain"
+        for direction, (_, _, stresses) in zip(DIRECTIONS, knits, strict=True)
+    ]
+    drawing, _ = draw_rows([whole, close], foot=BAR, titles=[*titles, *2 * ["the centre cell"]])
+    for place, (direction, (_, scale, _)) in enumerate(zip(DIRECTIONS, knits, strict=True)):
         label = f"maximum principal stress in {direction} tension (MPa)"
         bar = colour_bar(drawing, scale, label, 0.11 + 0.5 * place, 0.285, extend="max")
-        largest = scale.norm.vmax
-        bar.set_ticks(
-            [*(tick for tick in MaxNLocator(4).tick_values(0, largest) if tick <= 0.8 * largest), largest]
-        )
+        _, largest = scale.get_clim()
+        ticks = MaxNLocator(4).tick_values(0, largest)
+        bar.set_ticks([*(tick for tick in ticks if tick <= 0.8 * largest), largest])
         bar.ax.xaxis.set_major_formatter("{x:.3g}")
     return drawing
 

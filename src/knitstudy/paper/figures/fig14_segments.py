@@ -16,17 +16,17 @@ from knitstudy.knit.models.rom2d.build import heights_by_stress, zone_places
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
 from knitstudy.run.catalogue import FIGURES, solid
-from knitstudy.use.picture import (
+from knitstudy.use.solids import (
+    FRONT,
     HALO,
+    Picture,
     draw_rows,
-    scale_bar,
     window_around,
     write,
     yarn_colours,
     yarn_tubes,
 )
-from knitstudy.use.renderer import FRONT, MILLIMETRE, Picture
-from knitstudy.use.style import INK, MODELS, PAPER, panel_letter, shared_legend
+from knitstudy.use.style import INK, MILLIMETRE, MODELS, PAPER, Style, shared_legend
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
@@ -53,18 +53,16 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     by_direction = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
-    picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window)
-    drawing, (left, right) = draw_rows([(picture, None)], foot=14.0)
-    panel_letter(left, "a", "segments and axes, undeformed cell")
+    picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window, 2, directions=False)
+    titles = "segments and axes, undeformed cell", "honeycombs through the crossings"
+    drawing, (left, right) = draw_rows([(picture, None)], foot=14.0, titles=titles)
     _draw_segments(left, contacts, by_direction, knit.radius)
     size = 2 * MILLIMETRE * np.sqrt(np.nan_to_num(contacts["area"].to_numpy()) / np.pi)
-    place = {"offsets": MILLIMETRE * FRONT.project(centroid), "offset_transform": left.transData}
-    look = {"facecolor": PAPER, "edgecolor": INK, "linewidth": 1.2, "zorder": 6}
+    place: Style = {"offsets": MILLIMETRE * FRONT.project(centroid), "offset_transform": left.transData}
+    look: Style = {"facecolor": PAPER, "edgecolor": INK, "linewidth": 1.2, "zorder": 6}
     left.add_collection(EllipseCollection(size, size, 0 * size, units="xy", **place, **look), autolim=False)
     left.scatter([], [], s=25, **look, label="contact, true area")
-    scale_bar(left, 2)
     _draw_honeycombs(right, knit, contacts_of_crossings(knit), by_direction)  # as claim M2 does
-    panel_letter(right, "b", "honeycombs through the crossings")
     shared_legend(drawing, ncols=2, labelcolor=INK)
     return drawing
 
@@ -75,17 +73,17 @@ def _draw_segments(axes: Axes, contacts: xr.Dataset, stresses: dict[str, xr.Data
     place = dict(zip(labels, MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy()), strict=True))
     rows, columns = (stresses["course"][f"segment_{name}"].to_numpy() for name in ("row", "column"))
     length = STROKE * MILLIMETRE * radius
-    beam = {"color": MODELS["rom2d"].colour, "linewidth": 2.2, "zorder": 5, "label": "segment by geometry"}
+    beam: Style = {"color": MODELS["rom2d"].colour, "label": "segment by geometry"}
     for kind, (lower, upper, up, right) in SEGMENTS.items():
         for segment in central(stresses["course"], kind):
             row, column = int(rows[segment]), int(columns[segment])
             line = np.array([place[row, column, lower], place[row + up, column + right, upper]])
-            axes.plot(*line.T, **beam, path_effects=HALO)
+            axes.plot(*line.T, **beam, linewidth=2.2, zorder=5, path_effects=HALO)
             middle = line.mean(axis=0)
             for way, stress in stresses.items():
                 axis = FRONT.project(stress["segment_axis"].sel(extent="whole").to_numpy()[segment, 0])
                 stroke = middle + length * np.outer([-1, 1], axis)
-                look = {"color": TENSION[way], "linewidth": 1.8, "zorder": 7, "path_effects": HALO}
+                look: Style = {"color": TENSION[way], "linewidth": 1.8, "zorder": 7, "path_effects": HALO}
                 axes.plot(*stroke.T, **look, label=f"axis of principal stress, {way} tension")
             along = (line[1] - line[0]) / np.linalg.norm(line[1] - line[0])
             beside = 0.55 * np.array([-along[1], along[0]]) + 0.75 * along
@@ -109,10 +107,10 @@ def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: d
         zone = np.column_stack([place[:, 0], [0, 0, interlock, interlock]])
         lines = _honeycomb(zone, np.array([width, step]))
         lines[..., 0] += number * (COLUMNS + 0.6) * width
-        axes.add_collection(LineCollection(lines, colors=colour, linewidths=2.0, capstyle="round"))
+        axes.add_collection(LineCollection([*lines], colors=colour, linewidths=2.0, capstyle="round"))
         above = lines[..., 1].max() + 1.0
-        look = {"ha": "center", "va": "bottom", "color": colour}
-        axes.text(lines[..., 0].mean(), above, f"{name}\n{step:.3g} mm a row", **look)
+        text = f"{name}\n{step:.3g} mm a row"
+        axes.text(lines[..., 0].mean(), above, text, ha="center", va="bottom", color=colour)
     axes.margins(0.04, 0.12)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")

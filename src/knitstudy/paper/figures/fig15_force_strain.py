@@ -14,9 +14,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import Reference
+from knitstudy.measures.reference import INTERACTIONS, Reference
 from knitstudy.paper.cases import cases_of
 from knitstudy.run.catalogue import (
     CASES,
@@ -33,13 +32,14 @@ from knitstudy.use.style import (
     DIRECT,
     DOUBLE,
     FAINT,
-    INCH,
     INK,
     MODELS,
     PAPER,
     PERCENT,
     Look,
+    Style,
     figure,
+    height,
     panel_letter,
     place,
     shared_legend,
@@ -60,7 +60,7 @@ HEAD, HEIGHT, FOOT, LINE = 7.0, 48.0, 12.0, 4.6
 CUT = 1.6  # an axis ends at so much of the second largest value where the largest one lies beyond
 LINE_OF_TEXT = 3.5  # height [mm]
 # Looks of variants
-WAYS = {
+WAYS: dict[str, Style] = {
     "course": {"fmt": "s", "color": INK},
     "wale": {"fmt": "o", "color": "#D9740B", "markerfacecolor": PAPER},
 }
@@ -177,7 +177,7 @@ def draw_curves(
     limit = min(1.05 * top, cut * max(rest, default=top)) or 1.0
     axes.set(xlabel=f"strain in {direction} direction (%)", ylabel=f"{quantity} ({unit})")
     axes.set(xlim=(0, PERCENT * max(curve.strain.max() for curve in curves)), ylim=(0, limit))
-    line = LINE_OF_TEXT * limit / (INCH * axes.figure.get_figheight() * axes.get_position().height)
+    line = LINE_OF_TEXT * limit / height(axes)
     # Labels stand apart from each other, and none above the axes.
     highest = limit
     for curve in sorted(curves, key=lambda curve: curve.value[-1], reverse=True):
@@ -192,7 +192,7 @@ def draw_curves(
         high = 0.5 * line * (1 + text.count("\n"))
         middle = min(float(curve.value[-1]), highest - high)
         highest = middle - high
-        look = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
+        look: Style = {"va": "center", "color": curve.look.colour, "annotation_clip": False}
         at = (PERCENT * float(curve.strain[-1]), middle)
         axes.annotate(text, at, xytext=(7, 0), textcoords="offset points", **look)
 
@@ -204,7 +204,7 @@ def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
     strain, force, off = reference.curve()
     force, off = force / unit, off / unit
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
-    look = {"color": INK, "linestyle": "none", "marker": "s", "markersize": 3.0, "markerfacecolor": "white"}
-    look |= {"capsize": 2.5, "linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
+    look: Style = {"fmt": "s", "color": INK, "markersize": 3.0, "markerfacecolor": "white", "capsize": 2.5}
+    look |= {"linewidth": 0.8, "label": "reference", "zorder": 3, "clip_on": False}
     drawn = axes.errorbar(PERCENT * strain[1:], force[1:], off[1:], **look)
     axes.legend(handles=[drawn], loc="lower right", handlelength=1.0)  # curves have labels where they end

@@ -57,8 +57,10 @@ def _draw_cell(axes: Axes, column: int, row: int, finding: Finding, claim: str) 
     """Draw a verdict; pale where the reading changes none of its numbers, framed where it is decided otherwise."""
     colour, letter = VERDICTS[finding.judged[claim].verdict]
     own = claim in finding.touched or not row
-    look = {"facecolor": colour, "edgecolor": PAPER, "linewidth": 0.8, "alpha": 1 if own else UNTOUCHED}
-    axes.add_patch(Rectangle((column, row), 1, 1, **look))
+    opacity = 1 if own else UNTOUCHED
+    axes.add_patch(
+        Rectangle((column, row), 1, 1, facecolor=colour, edgecolor=PAPER, linewidth=0.8, alpha=opacity)
+    )
     if own:
         ink = PAPER if finding.judged[claim].verdict == CONTRADICTED else INK
         axes.text(column + 0.5, row + 0.52, letter, ha="center", va="center", color=ink)

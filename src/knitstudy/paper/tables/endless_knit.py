@@ -7,7 +7,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.discretisation import made_of
+from knitstudy.measures.reference import made_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
 

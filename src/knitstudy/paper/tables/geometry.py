@@ -8,7 +8,7 @@ import xarray as xr
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.measures.centre_cell import crossing_error
-from knitstudy.measures.discretisation import INTERACTIONS
+from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.measures.response import at_strain
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Point, Sweep, sweeps_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, solid

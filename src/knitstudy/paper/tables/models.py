@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.measures import response
 from knitstudy.measures.cost import effort
-from knitstudy.measures.discretisation import INTERACTIONS, is_direct, made_of
+from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
 from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several, solid
 

@@ -8,9 +8,8 @@ from math import inf, isfinite, nan
 
 import pandas as pd
 
-from knitstudy.measures.discretisation import INTERACTIONS
 from knitstudy.measures.estimate import Common, Limit, common_limit
-from knitstudy.measures.reference import RefinementSeries, refinement_series_of
+from knitstudy.measures.reference import INTERACTIONS, RefinementSeries, refinement_series_of
 from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 

@@ -9,7 +9,7 @@ import xarray as xr
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
 from knitstudy.measures.cost import MEGABYTE, effort, element_length
-from knitstudy.measures.history_checks import (
+from knitstudy.measures.response import (
     allowed_penetration,
     hourglass_share,
     ledger_gap,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.history_checks import allowed_penetration, penetration
+from knitstudy.measures.response import allowed_penetration, penetration
 from knitstudy.paper.paper_values import number
 from knitstudy.run.catalogue import TABLES, Scenes, solid
 

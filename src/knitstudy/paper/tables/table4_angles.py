@@ -14,7 +14,7 @@ from knitstudy.measures.centre_cell import (
     honeycomb_segments,
     stress_angles,
 )
-from knitstudy.measures.discretisation import INTERACTIONS, made_of
+from knitstudy.measures.reference import INTERACTIONS, made_of
 from knitstudy.paper.paper_values import numbers
 from knitstudy.run.catalogue import (
     CASES,

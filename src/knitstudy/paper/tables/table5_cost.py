@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pandas as pd
 
 from knitstudy.measures.cost import MEGABYTE, effort, element_length
-from knitstudy.measures.discretisation import discretisation
+from knitstudy.measures.reference import discretisation
 from knitstudy.paper.cases import MODELS, OVER_REFERENCE, UNCERTAIN, Case, Simulation, cases_of, label_of
 from knitstudy.paper.paper_values import REPORTED, number, reported
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several

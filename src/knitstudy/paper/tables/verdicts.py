@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.measures.discretisation import INTERACTIONS
+from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, QUANTITIES
 from knitstudy.paper.claims.combinations import OPEN, Combination, combinations_of, exclusive
 from knitstudy.paper.claims.evidence import SOURCES

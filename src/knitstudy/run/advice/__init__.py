@@ -24,7 +24,7 @@ from knitstudy.knit.scene.keys import Section, output
 from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
-from knitstudy.run.advice.sample import ANY, Inputs, Trade, endless, load_trade, same_knit
+from knitstudy.run.advice.sample import UNDECIDED, Inputs, Trade, endless, load_trade, same_knit
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -122,7 +122,7 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping) -> Scene:
+def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]) -> Scene:
     """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
     own: dict[str, Any] = {}
     for key, value in keys.items():
@@ -136,10 +136,10 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
             )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
-    return Scene.from_dict({"name": name, "fidelity": ANY} | own, where, defaults)
+    return Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults)
 
 
-def choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
+def choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
     `drawn` are the defaults that the sample was made with; `where` begins messages.
@@ -153,7 +153,7 @@ def choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Cho
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Scene, ask: Requirements, drawn: Mapping) -> str:
+def without_edges(problem: Scene, ask: Requirements, drawn: Mapping[str, Any]) -> str:
     """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
     if not problem.is_knit:
         return ""
@@ -175,7 +175,7 @@ def as_measured(problem: Scene) -> Scene | None:
     return problem.vary(less) if less else None
 
 
-def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Choice:
+def _choose(problem: Scene, ask: Requirements, drawn: Mapping[str, Any], where: str) -> Choice:
     if problem.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     promise, basis = promises(problem, drawn, where)
@@ -195,7 +195,9 @@ def _choose(problem: Scene, ask: Requirements, drawn: Mapping, where: str) -> Ch
     return Choice(problem, ask, setting, tuple(settings), basis, promise)
 
 
-def promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
+def promises(
+    problem: Scene, drawn: Mapping[str, Any], where: str
+) -> tuple[Callable[[str], list[ModelSetting]], str]:
     """Return the function from a question to the settings with a promise, and the basis of the promises in words.
 
     Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.
@@ -219,7 +221,7 @@ def promises(problem: Scene, drawn: Mapping, where: str) -> tuple[Callable[[str]
     return lambda question: promised(problem, question, trade, rows), basis
 
 
-def _own_rows(problem: Scene) -> list[Mapping]:
+def _own_rows(problem: Scene) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
     knit = same_knit(problem)
     return [row for row in measured_rows(OWN) if row["problem"] == knit]
@@ -258,7 +260,7 @@ def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:
 
 
 def promised(
-    problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping], own: bool = False
+    problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping[str, Any]], own: bool = False
 ) -> list[ModelSetting]:
     """Return the model settings of a problem that have a promise: by the sample, or measured on `own` knits."""
     case, quantile, settings = trade.case_of(problem), trade.quantile, []
@@ -285,7 +287,7 @@ def promised(
     return settings
 
 
-def measured_knits(rows: Iterable[Mapping], case: str, known: bool = True) -> set[str]:
+def measured_knits(rows: Iterable[Mapping[str, Any]], case: str, known: bool = True) -> set[str]:
     """Return the knits among rows of a case that have a reference value, or those without one."""
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.scene import Scene, digest, set_dotted
 
 DECLARED = CONFIG / "trade.yaml"
 
-ANY = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
+UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
 SMALL, LARGE = "small", "large"  # Strains: every knit is computed to one of both ranges
@@ -90,7 +90,7 @@ class Inputs:
     @classmethod
     def of(cls, scene: Scene) -> Self:
         """Return the inputs of the knit of a scene."""
-        pattern, d, load = scene.pattern, scene.yarn.diameter, scene.load
+        pattern, d, load = scene.value("pattern"), scene.yarn.diameter, scene.value("load")
         friction, endless = scene.kind.interaction.friction, scene.specimen == "cell"
         course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
         peirce = 2 * course + wale + PEIRCE
@@ -100,7 +100,7 @@ class Inputs:
             (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
             load.strain,
-            friction(scene.contact) if friction else 0.0,
+            friction(scene.value("contact")) if friction else 0.0,
             1 if endless else pattern.loops,
             1 if endless else pattern.rows,
             load.deformation if endless else load.direction,
@@ -194,7 +194,8 @@ class Trade(Section):
     def case_of(self, scene: Scene) -> Case:
         """Return the case of a scene."""
         yarns = TOUCHING if scene.kind.interaction.touches else TIED
-        return Case(scene.specimen, yarns, SMALL if scene.load.strain <= self.box["strain"][-1] else LARGE)
+        large = scene.value("load.strain") > self.box["strain"][-1]
+        return Case(scene.specimen, yarns, LARGE if large else SMALL)
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
@@ -224,7 +225,7 @@ class Trade(Section):
                 point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
-    def outside(self, scene: Scene, defaults: Mapping) -> str:
+    def outside(self, scene: Scene, defaults: Mapping[str, Any]) -> str:
         """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
 
         The sample was made with the keys `defaults`.
@@ -235,7 +236,7 @@ class Trade(Section):
         for name, value in asdict(Inputs.of(scene)).items():
             between, key = self.box[name], KEYS[name]
             if name == "strain":
-                between = (between[0], self.large.strain[-1])
+                between = [between[0], self.large.strain[-1]]
             of_knit = case.specimen == "cell" and name in OF_KNIT
             if of_knit and key.startswith("pattern.") and (count := scene.value(key)) != 1:
                 return f"{key} is {count}, but models were measured on cells of one loop"
@@ -253,11 +254,11 @@ class Trade(Section):
             if wanted is None and value is not None:
                 return f"{key} is set, but models were measured without it"
             if value != wanted:
-                fact = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
-                return f"{key} is {fact[0]}, but models were measured with {fact[1]}"
+                here_is, there_is = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
+                return f"{key} is {here_is}, but models were measured with {there_is}"
         return ""
 
-    def scene(self, case: Case, inputs: Inputs, defaults: Mapping, name: str = "sampled") -> Scene:
+    def scene(self, case: Case, inputs: Inputs, defaults: Mapping[str, Any], name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
@@ -271,7 +272,7 @@ class Trade(Section):
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
             keys.pop(KEYS["edges"], None)
-        document: dict = {"name": name, "knit": name, "fidelity": ANY, "outputs": []}
+        document: dict[str, Any] = {"name": name, "knit": name, "fidelity": UNDECIDED, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
             set_dotted(document, key, value, name)
@@ -290,8 +291,8 @@ def same_knit(scene: Scene) -> str:
 
 def endless(scene: Scene) -> Scene:
     """Return a cell of the endless fabric of the same loops under the same strain."""
-    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.load.direction, "outputs": []}
-    return scene.vary({"specimen": "cell", "fidelity": ANY} | size)
+    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.value("load.direction")}
+    return scene.vary({"specimen": "cell", "fidelity": UNDECIDED, "outputs": []} | size)
 
 
 def _others(scene: Scene) -> dict[str, Any]:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import yaml
@@ -34,6 +34,9 @@ from knitstudy.run.configuration import (
 
 if TYPE_CHECKING:
     import xarray as xr
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+Changes = tuple[tuple[str, Any], ...]  # keys that ``--set`` changes, with their values
 
 FOLDER = click.Path(path_type=Path, file_okay=False)
 FILE = click.Path(path_type=Path, dir_okay=False)
@@ -64,10 +67,11 @@ def plain(value: Any) -> str:
         return printable(value)
     if isinstance(value, float):
         return f"{value:.6g}"
-    return yaml.safe_dump(value, default_flow_style=True, width=float("inf")).removesuffix("\n...\n").strip()
+    text: str = yaml.safe_dump(value, default_flow_style=True, width=float("inf"))
+    return text.removesuffix("\n...\n").strip()
 
 
-class Change(click.ParamType):
+class Change(click.ParamType):  # type: ignore[type-arg]  # which click 8.2 does not have
     """One ``key=value``: a dotted key of a scene and a YAML value."""
 
     name = "key=value"
@@ -84,7 +88,9 @@ class Change(click.ParamType):
         except ConfigurationError as error:
             self.fail(str(error), param, ctx)
 
-    def shell_complete(self, context: click.Context, option: click.Parameter, begun: str) -> list:
+    def shell_complete(
+        self, context: click.Context, option: click.Parameter, begun: str
+    ) -> list[CompletionItem]:
         """Return the keys that begin with the typed text."""
         if "=" in begun:
             return []
@@ -125,7 +131,7 @@ def _configuration(context: click.Context, option: click.Parameter, config: Path
     return config
 
 
-def config_option(command: Any) -> Any:
+def config_option(command: Command) -> Command:
     """Add ``--config`` and ``--plugin`` to a command."""
     command = click.option(
         "--plugin",
@@ -154,7 +160,7 @@ def _scenes(context: click.Context, argument: click.Parameter, begun: str) -> li
     return [name for name in families if name.startswith(begun)]
 
 
-def scene_argument(name: str = "scene", **options: Any) -> Any:
+def scene_argument(name: str = "scene", **options: Any) -> Callable[[Command], Command]:
     """Return the argument of a command that names a scene, or a file that defines one."""
     return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
 
@@ -178,7 +184,7 @@ output_option = click.option(
 )
 
 
-def changed_scene(name: str, changes: tuple[tuple[str, Any], ...], config: Path) -> Scene:
+def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
     """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
     keys = [key for key, _ in changes]
     for twice in (key for key in keys if keys.count(key) > 1):
@@ -198,7 +204,7 @@ def is_result(name: str) -> bool:
 
 def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
     """Return the scene of a result file and the scenes that it names; `defaults` are for keys that the file lacks."""
-    from knitstudy.run.record import scenes_of
+    from knitstudy.run.store import scenes_of
 
     return scenes_of(read_dataset(name), name, defaults)
 

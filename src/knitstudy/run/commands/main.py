@@ -8,24 +8,18 @@ from typing import Any
 import click
 
 from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable
-from knitstudy.registry import plugin_behind
+from knitstudy.registry import plugin_behind, wings
 
-COMMANDS = {
-    "list": ("run.commands.scenes:list_scenes", "List the scenes."),
-    "check": ("run.commands.scenes:check", "Check a configuration; show all keys of a scene."),
-    "loop": ("use.commands.loop:loop", "Draw and optimise a loop for spacings and a yarn."),
-    "stitches": ("use.commands.loop:stitches", "Read the repeat of a file for a knitting machine."),
-    "plan": ("run.commands.scenes:plan", "Choose a model for a question, and show its price."),
-    "measure": ("run.commands.run:measure", "Measure what all models cost and miss on this knit."),
-    "run": ("run.commands.run:run", "Simulate a scene and all that it needs."),
-    "study": ("run.commands.study:study", "Run a whole study, with its figures, tables and report."),
-    "show": ("use.commands.show:show", "Show, compare or draw result files."),
-    "compare": ("use.commands.curves:compare", "Compare a result with a measured curve."),
-    "fit": ("use.commands.curves:fit", "Find modulus and friction from a measured curve."),
-    "membrane": ("use.commands.membrane:membrane", "Fit the law of a fabric to its cells."),
-    "strip": ("use.commands.membrane:strip", "Pull a strip between clamps by the law of its fabric."),
-    "export": ("use.commands.show:export", "Write a scene for Abaqus or CalculiX, a history for ParaView."),
+_OWN = {
+    "list": ("knitstudy.run.commands.scenes:list_scenes", "List the scenes."),
+    "check": ("knitstudy.run.commands.scenes:check", "Check a configuration; show all keys of a scene."),
+    "plan": ("knitstudy.run.commands.scenes:plan", "Choose a model for a question, and show its price."),
+    "measure": ("knitstudy.run.commands.run:measure", "Measure what all models cost and miss on this knit."),
+    "run": ("knitstudy.run.commands.run:run", "Simulate a scene and all that it needs."),
+    "study": ("knitstudy.run.commands.run:study", "Run a whole study, with its figures, tables and report."),
 }
+
+COMMANDS = _OWN | {name: command for wing in wings() for name, command in wing.commands.items()}
 """Module and function of every subcommand, imported when it is asked for, and its line of the help."""
 
 STOPPED = 130  # Exit status after Ctrl-C, that of the shell's own commands
@@ -43,7 +37,8 @@ class Commands(click.Group):
         """Return a subcommand, whose module is imported now: the help needs none of them."""
         if name not in COMMANDS:
             return None
-        return resolve_name(f"knitstudy.{COMMANDS[name][0]}")
+        command: click.Command = resolve_name(COMMANDS[name][0])
+        return command
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the list of subcommands."""
@@ -112,17 +107,9 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               all scenes
     knitstudy check dns-tie-course               all keys of a scene, with units and sources
-    knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3   a loop of your own spacings and yarn
     knitstudy measure rom3d-tie-course           errors and prices of all models on this knit
-    knitstudy stitches my-knit.k                 the repeat of a file for a knitting machine
     knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run rom3d-tie-course               simulate a scene and all that it needs
-    knitstudy show runs/simulation/rom3d-tie-course.nc        its numbers; its keys with --keys
-    knitstudy compare runs/simulation/rom3d-tie-course.nc lab.csv     with a measured curve
-    knitstudy fit beam-isotropic-course lab.csv  modulus and friction from a measured curve
-    knitstudy membrane runs/simulation/cell-*.nc    the law of a fabric, from its cells on several load paths
-    knitstudy strip membrane.nc --length 0.07 --width 0.07 --strain 0.04  a specimen between clamps, with that law
-    knitstudy export dns-tie-course --dialect calculix
 
     `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
     docs/tutorial/tutorial.md does the same from Python.

@@ -1,22 +1,31 @@
-"""``knitstudy run`` and ``measure``: simulate a scene; measure what models cost on its knit."""
+"""``knitstudy run``, ``measure`` and ``study``: simulate a scene, run all models on its knit, run a whole study.
+
+A study is Snakemake's own command line, with the workflow, a lock of the folder and the last lines.
+"""
 
 from __future__ import annotations
 
+import fcntl
 import logging
 import os
+import resource
 import sys
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
+from knitstudy.errors import ConfigurationError
 from knitstudy.files import read_dataset
+from knitstudy.knit.scene.documents import WORKFLOW
 from knitstudy.knit.scene.scene import questions
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
+    Changes,
     changed_scene,
     config_option,
     plain,
@@ -25,11 +34,10 @@ from knitstudy.run.commands.console import (
     set_option,
 )
 from knitstudy.run.configuration import asks, plan_of, problem_of
+from knitstudy.run.cost import machine_memory
+from knitstudy.run.job import STARTED
 
-if TYPE_CHECKING:
-    pass
-
-STAGES = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
+SAYING = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
 
 
@@ -44,7 +52,7 @@ STAGES = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @config_option
 def run(
-    scene: str, changes: tuple, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
+    scene: str, changes: Changes, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
 ) -> None:
     """Simulate a scene, and before it the direct simulations that its joints and springs come from.
 
@@ -71,9 +79,8 @@ def run(
         os.environ["OMP_NUM_THREADS"] = str(threads)
     # Models are imported here: the other commands and --help do not need them.
     from knitstudy.knit.loading.run import Progress
-    from knitstudy.measures.differences import differing_variables
-    from knitstudy.measures.summary import summarise
-    from knitstudy.run.store import simulate, write_outputs
+    from knitstudy.measures.summary import differing_variables, summarise
+    from knitstudy.run.store import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)
@@ -83,7 +90,6 @@ def run(
     try:
         with log_on_console(verbose):
             results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
-            write_outputs(results, output)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
@@ -111,7 +117,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 @set_option
 @console.output_option
 @config_option
-def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
+def measure(scene: str, changes: Changes, output: Path, config: Path) -> None:
     """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
 
     Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
@@ -121,7 +127,7 @@ def measure(scene: str, changes: tuple, output: Path, config: Path) -> None:
     knitstudy measure rom3d-tie-course
     knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
     """
-    from knitstudy.run.advice.trade import measure as measured
+    from knitstudy.run.trade import measure as measured
 
     problem, _, _ = problem_of(scene, dict(changes), config)
     with log_on_console(verbose=False):
@@ -138,10 +144,126 @@ def log_on_console(verbose: bool) -> Iterator[None]:
     handler.setFormatter(logging.Formatter("%(message)s"))
     logger = logging.getLogger("knitstudy")
     logger.setLevel(logging.INFO if verbose else logging.WARNING)
-    for name in STAGES:
+    for name in SAYING:
         logging.getLogger(name).setLevel(logging.INFO)
     logger.addHandler(handler)
     try:
         yield
     finally:
         logger.removeHandler(handler)
+
+
+# Studies
+
+RESULTS, REPORT = Path("results"), Path("results/report.html")
+LOCK = Path("run/study.lock")
+LOGS = Path("logs")
+DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
+
+
+@click.command(context_settings={"ignore_unknown_options": True})
+@click.argument("name", default="reduced", metavar="[STUDY]")
+@click.argument("options", nargs=-1, type=click.UNPROCESSED, metavar="[-- TARGETS AND OPTIONS OF SNAKEMAKE]")
+@click.option("--folder", help="Scenes, or a configuration, of your own.")
+def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
+    """Run a study with Snakemake in the working folder: ci, reduced, full, reference or fabrics.
+
+    Results that are there and up to date stay. A study that was stopped or killed goes on where it was.
+
+    \b
+    knitstudy study                                             the reduced study
+    knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
+    knitstudy study full -- --dry-run                           jobs that would run
+    """
+    arguments = [
+        "--snakefile",
+        str(WORKFLOW.parent / "Snakefile"),
+        "--logger",
+        "knitstudy",
+        "--nolock",
+        *options,
+    ]
+    # Jobs wait until the memory that they declare is free.
+    arguments += ["--resources", f"mem_mb={machine_memory()}", "--config", f"study={name}"]
+    arguments += [f"folder={folder}"] if folder else []
+    started, begun = time.monotonic(), time.time()
+    with alone():
+        if status := snakemake(arguments):
+            raise click.exceptions.Exit(status)
+    if DRY & {*options}:
+        click.echo(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
+        return
+    minutes, seconds = divmod(round(time.monotonic() - started), 60)
+    report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
+    click.echo(
+        f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
+    )
+    if share := share_of_starts(begun):
+        click.echo(share)
+
+
+def share_of_starts(begun: float) -> str:
+    """Return in words what Snakemake and the starts of its jobs took since a time; an empty text where no job ran."""
+    logs = [path for path in LOGS.glob("**/*.log") if path.stat().st_mtime >= begun]
+    lines = [line for path in logs for line in path.read_text(errors="replace").splitlines()]
+    starts = [float(line.removeprefix(STARTED).split()[0]) for line in lines if line.startswith(STARTED)]
+    own, all_jobs = (
+        sum(resource.getrusage(of)[:2]) for of in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
+    )
+    if not starts:
+        return ""
+    share = 100 * (own + sum(starts)) / (own + all_jobs)
+    parts = f"Snakemake {own:.0f} s, starts of {len(starts)} jobs {sum(starts):.0f} s"
+    return f"Processor time: {own + all_jobs:.0f} s; {share:.0f} % of it before any result ({parts})"
+
+
+@contextmanager
+def alone() -> Iterator[None]:
+    """Hold this folder's lock, which ends with this process in any case; refuse a second study at once.
+
+    Snakemake's own lock outlives a process that is killed.
+    """
+    LOCK.parent.mkdir(parents=True, exist_ok=True)
+    with LOCK.open("a+", encoding="utf-8") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            other = LOCK.read_text(encoding="utf-8", errors="replace").strip() or "unknown"
+            raise ConfigurationError(
+                f"a study is running here already (process {other}); wait for it or end it"
+            ) from error
+        lock.truncate(0)
+        lock.write(f"{os.getpid()}\n")
+        lock.flush()
+        yield
+
+
+def snakemake(arguments: list[str]) -> int:
+    """Run Snakemake's command line in this process; return its exit status.
+
+    Snakemake ends its jobs at Ctrl-C and returns as after any failure: the KeyboardInterrupt comes then.
+    """
+    import signal
+
+    from snakemake.cli import main
+
+    interrupted = []
+
+    def interrupt(*_: object) -> None:
+        interrupted.append(True)
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    try:
+        main(arguments)
+    except SystemExit as ended:
+        status = ended.code if isinstance(ended.code, int) else 1
+    finally:
+        signal.signal(signal.SIGINT, before)
+        sys.stdout.flush()
+    if interrupted:
+        raise KeyboardInterrupt(
+            f"stopped; finished files are in {RESULTS}, runs that were not done keep their last increment in "
+            f"{LOCK.parent}: the same command goes on from there"
+        )
+    return status

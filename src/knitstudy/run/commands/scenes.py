@@ -27,6 +27,7 @@ from knitstudy.run.advice import (
     without_edges,
 )
 from knitstudy.run.commands.console import (
+    Changes,
     changed_scene,
     config_option,
     load_plugins_of,
@@ -36,7 +37,6 @@ from knitstudy.run.commands.console import (
     set_option,
 )
 from knitstudy.run.configuration import (
-    STUDIES,
     asked_of,
     drawn_defaults,
     knits_of,
@@ -44,6 +44,7 @@ from knitstudy.run.configuration import (
     load_scenes,
     load_study,
 )
+from knitstudy.run.families import STUDIES
 
 
 @click.command("list")
@@ -96,7 +97,7 @@ def _nested(value: Any) -> bool:
 @set_option
 @click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
 @config_option
-def check(what: str | None, changes: tuple, sources: bool, config: Path) -> None:
+def check(what: str | None, changes: Changes, sources: bool, config: Path) -> None:
     """Check a configuration folder, or print every key of a scene with its unit and its provenance.
 
     The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
@@ -168,7 +169,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
 @click.option("--memory", type=float, help="Largest growth of memory [MB].")
 @set_option
 @config_option
-def plan(scene: str, changes: tuple, config: Path, **asks: str | float | None) -> None:
+def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None) -> None:
     """Print the cheapest model that answers a question about a scene accurately enough, the error that is
     promised, and the price. Nothing runs.
 
@@ -215,7 +216,9 @@ def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) ->
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.run.cost import expected_memory, expected_seconds
 
-    size, less = (f"{knit.pattern.loops} x {knit.pattern.rows}" for knit in (problem, small))
+    size, less = (
+        f"{knit.value('pattern.loops')} x {knit.value('pattern.rows')}" for knit in (problem, small)
+    )
     click.echo(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )

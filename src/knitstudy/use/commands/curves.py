@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,13 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, safe_name, write_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import SIZE, THERE
 from knitstudy.run.commands.run import log_on_console
 
 if TYPE_CHECKING:
-    from knitstudy.use.curve_fit import Fit
+    from knitstudy.use.curve_fit import Fit, Interval
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
@@ -27,9 +28,9 @@ MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_mo
 STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
 
 
-def _curve_options(command: Any) -> Any:
+def _curve_options(command: Callable[..., None]) -> Callable[..., None]:
     """Add the argument and the options that name a measured curve."""
-    pair = {"type": (str, str), "metavar": "COLUMN UNIT"}
+    pair: Any = {"type": (str, str), "metavar": "COLUMN UNIT"}
     for add in (
         click.option("--length", type=SIZE, help="Length between the clamps [m], of a strain in mm."),
         click.option("--width", type=SIZE, help="Width of the specimen [m], of a force in N."),
@@ -51,14 +52,20 @@ def _stiffnesses(scene: Scene) -> list[str]:
     return [key for key in STIFFNESSES if scene.value(key) is not None]
 
 
-def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[Any, str]:
+def _pulled(scene: Scene) -> tuple[Looped, str]:
+    """Return a scene that can be compared with a measured curve, and its direction."""
+    direction = scene.value("load.direction") or scene.value("load.deformation")
+    if not isinstance(scene, Looped) or direction not in ("course", "wale") or scene.load.strain < 0:
+        wanted = "a knit or a cell that is pulled in course or wale direction"
+        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    return scene, direction
+
+
+def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[pd.Series[float], str]:
     """Return the measured curve for the direction of a scene, and its name."""
     from knitstudy.use.measured_curve import read_curve
 
-    direction = scene.value("load.direction") or scene.value("load.deformation")
-    if direction not in ("course", "wale") or scene.load.strain < 0:
-        wanted = "a knit or a cell that is pulled in course or wale direction"
-        raise ConfigurationError(f"scene {scene.name!r}: must be {wanted} to be compared with a curve")
+    _, direction = _pulled(scene)
     only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
     how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
     given = {name: value for name, value in named.items() if value is not None}
@@ -114,7 +121,8 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     curve, reach = within(whole, simulated.index[-1]), f"{100 * simulated.index[-1]:.3g} % strain"
     if curve.empty:
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
-    forces, norm = at(simulated, curve.index), 100 / np.linalg.norm(curve)
+    strains = curve.index.to_numpy(dtype=float)
+    forces, norm = at(simulated, strains), 100 / np.linalg.norm(curve)
     factor = curve @ forces / (forces @ forces)
     points = {"strain [1]": curve.index, "measured [N/m]": curve, "simulated [N/m]": forces}
     rows = [
@@ -132,7 +140,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     if whole.index[-1] > simulated.index[-1]:
         more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
         click.echo(f"{result} ends at {reach}; {more}", err=True)
-    curves = {"measured": whole, scene.name: simulated}
+    curves = {"measured": whole, str(scene.name): simulated}
     title = f"{scene.name} and {measured.name}"
     _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
 
@@ -150,9 +158,9 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
 def fit(
     scene: str,
     measured: Path,
-    between: tuple,
-    check: tuple,
-    changes: tuple,
+    between: tuple[float, float],
+    check: console.Changes,
+    changes: console.Changes,
     output: Path,
     config: Path,
     **named: Any,
@@ -179,7 +187,7 @@ def fit(
     from knitstudy.use import curve_fit
     from knitstudy.use.measured_curve import at, simulated_curve, within
 
-    chosen = console.changed_scene(scene, changes, config)
+    chosen, _ = _pulled(console.changed_scene(scene, changes, config))
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
@@ -203,11 +211,15 @@ def fit(
                     raise
                 click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
                 continue
-            curves[friction] = at(simulated_curve(results.history, results.geometry), curve.index)
+            curves[friction] = at(
+                simulated_curve(results.history, results.geometry), curve.index.to_numpy(dtype=float)
+            )
         return curves
 
     with log_on_console(verbose=False):
-        simulated = forces(np.linspace(*sorted(between), curve_fit.SIMULATED) if slides else [0.0], {})
+        simulated = forces(
+            np.linspace(min(between), max(between), curve_fit.SIMULATED) if slides else [0.0], {}
+        )
         if slides and len(simulated) < 3:
             count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
@@ -220,7 +232,7 @@ def fit(
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
 
 
-def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, tuple]]:
+def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, Interval]]:
     """Print a fit; return its table, and the values of keys with their intervals."""
     moduli = {key: scene.value(key) for key in MODULI if scene.value(key) is not None}
     values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
+from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
     changed_scene,
@@ -36,7 +38,7 @@ KEYS = {
 """Options that stand for a key of a scene."""
 
 
-def _key_options(command: Any) -> Any:
+def _key_options(command: Callable[..., None]) -> Callable[..., None]:
     for name, (_, meaning) in reversed(KEYS.items()):
         command = click.option(f"--{name}", type=float, help=meaning)(command)
     return command
@@ -52,7 +54,12 @@ def _key_options(command: Any) -> Any:
 @set_option
 @config_option
 def loop(
-    scene: str | None, points: Path | None, output: Path, changes: tuple, config: Path, **known: float | None
+    scene: str | None,
+    points: Path | None,
+    output: Path,
+    changes: console.Changes,
+    config: Path,
+    **known: float | None,
 ) -> None:
     """Draw a loop, optimise it, and print its gaps, curvature, length and angles. Nothing is simulated.
 
@@ -78,14 +85,14 @@ def loop(
     from knitstudy.use.plot import draw_loop
     from knitstudy.use.style import save
 
-    keys = {KEYS[name][0]: value for name, value in known.items() if value is not None}
+    keys: dict[str, Any] = {KEYS[name][0]: value for name, value in known.items() if value is not None}
     if points is not None:
         keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
         scenes, _ = scenes_at_need(config)
-        scene = next(name for name, candidate in scenes.items() if "pattern" in candidate.sections)
+        scene = next(name for name, candidate in scenes.items() if isinstance(candidate, Looped))
     chosen = changed_scene(scene, (*keys.items(), *changes), config)
-    if "pattern" not in chosen.sections:
+    if not isinstance(chosen, Looped):
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
@@ -120,7 +127,7 @@ def _ends(context: click.Context, option: click.Parameter, text: str | None) -> 
 @click.argument("file", type=console.THERE)
 @click.option("--rows", callback=_ends, help="First and last pass of the carriage, such as 3:14.")
 @click.option("--needles", callback=_ends, help="First and last position of the needles, such as 5:64.")
-def stitches(file: Path, rows: tuple | None, needles: tuple | None) -> None:
+def stitches(file: Path, rows: tuple[int, int] | None, needles: tuple[int, int] | None) -> None:
     """Read the repeat of a file for a knitting machine (knitout), and print its keys for a scene.
 
     The largest part of the file that repeats itself is read. The output says which rows and needles these are, and what
@@ -132,9 +139,11 @@ def stitches(file: Path, rows: tuple | None, needles: tuple | None) -> None:
     knitstudy stitches my-knit.k --rows 15:74 --needles 13:72
     """
     repeat = read_repeat(file, rows, needles)
-    table = [("rows of letters, the bottom row first", " ".join(repeat.stitches), "")]
-    table += [("passes of the carriage", "{} to {}".format(*repeat.rows), "")]
-    table += [("needles", "{} to {}".format(*repeat.needles), "")]
+    table: list[tuple[str, str | float, str]] = [
+        ("rows of letters, the bottom row first", " ".join(repeat.stitches), "")
+    ]
+    table.append(("passes of the carriage", "{} to {}".format(*repeat.rows), ""))
+    table.append(("needles", "{} to {}".format(*repeat.needles), ""))
     if repeat.wale_spacing:
         table.append(("spacing of the needles in use", repeat.wale_spacing, "m"))
     print_table(("quantity", "value", "unit"), table)

@@ -34,12 +34,12 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
 
     Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
     """
-    from knitstudy.use import membrane_fit
-    from knitstudy.use.membrane import LAWS, write_membrane
+    from knitstudy.use import fabric_law
+    from knitstudy.use.inp import LAWS, write_membrane
 
     histories = {path.stem: read_dataset(path) for path in results}
     _require_one_fabric(results)
-    fitted = membrane_fit.membrane(histories, error=error)
+    fitted = fabric_law.membrane(histories, error=error)
     write_dataset(fitted, output)
     table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
     table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
@@ -82,8 +82,7 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
     knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
     """
-    from knitstudy.use.membrane_fit import law_of
-    from knitstudy.use.strip import WRINKLES, strain_at, stretch_strip
+    from knitstudy.use.fabric_law import WRINKLES, law_of, strain_at, stretch_strip
 
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain"} <= set(fitted.variables):
@@ -93,8 +92,8 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
         stretch_strip(law_of(fitted), length, width, strain, axis, clamped) for clamped in (True, False)
     )
     table = pd.DataFrame({"strain [1]": pulled["strain"], "force per width [N/m]": pulled["force_per_width"]})
-    table["width half way over width at rest [1]"] = pulled["waist"]
-    table["force per width, free across [N/m]"] = free["force_per_width"]
+    table["width half way over width at rest [1]"] = pulled["waist"].to_numpy()
+    table["force per width, free across [N/m]"] = free["force_per_width"].to_numpy()
     write_table(table, path)
     forces = np.array(SHARES) * float(min(pull["force_per_width"][-1] for pull in (pulled, free)))
     strains = [strain_at(pull, forces) for pull in (pulled, free)]

@@ -119,14 +119,50 @@ def show(
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
     if picture or animation or interactive:
-        from knitstudy.use.pictures import write_pictures
+        _write_pictures(file, dataset, colour, picture, animation, interactive)
 
-        write_pictures(file, dataset, colour, picture, animation, interactive)
+
+def _write_pictures(
+    file: Path,
+    history: xr.Dataset,
+    colour: str,
+    picture: Path | None,
+    animation: Path | None,
+    interactive: Path | None,
+) -> None:
+    """Write the pictures that are asked for of the deformed knit in a result file.
+
+    Raises DataFileError when a name has another ending than the format of the picture, or the file holds no history;
+    ConfigurationError when the history does not hold the values of the colour.
+    """
+    from knitstudy.use import deformed
+    from knitstudy.use.style import save
+
+    formats = ((picture, (".png", ".pdf")), (animation, (".webp",)), (interactive, (".html",)))
+    for path, endings in formats:
+        if path is not None and path.suffix not in endings:
+            raise DataFileError(f"{path}: must end with {' or '.join(endings)}")
+    scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
+    knit = deformed.deformed(scene, geometry, history, mesh, colour)
+    title = f"{scene.name}, {scene.kind.fidelity.label}"
+    if animation is not None and len(knit.strain) < 2:
+        raise DataFileError(
+            f"{animation}: colour {colour!r} is of full load only; an animation takes u_z, slip or force"
+        )
+    if picture is not None:
+        save(deformed.draw(knit), [picture], {"history": history}, title)
+    if animation is not None:
+        deformed.animate(knit, animation)
+    if interactive is not None:
+        deformed.write_page(knit, interactive, title)
+    for path, _ in formats:
+        if path is not None:
+            click.echo(f"drawn: {path}", err=True)
 
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
     """Return the keys of a result's scene by dotted name; keys of scenes that it names as ``SCENE: key``."""
-    from knitstudy.run.record import keys_of
+    from knitstudy.run.store import keys_of
 
     keys, sources = keys_of(dataset, file)
     own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
@@ -145,7 +181,7 @@ def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
 
 def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other: Path) -> None:
     """Print the keys that differ between two results, then their numbers."""
-    from knitstudy.measures.differences import pairs, side_by_side
+    from knitstudy.measures.summary import pairs, side_by_side
 
     try:
         keys = _keys(first, file), _keys(second, other)
@@ -170,7 +206,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
     help="By default SCENE.DIALECT.inp; of a history, its name with .pvd.",
 )
 @config_option
-def export(scene: str, dialect: str, changes: tuple, output: Path | None, config: Path) -> None:
+def export(scene: str, dialect: str, changes: console.Changes, output: Path | None, config: Path) -> None:
     """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa; or the
     history in a result file of any model as a time series for ParaView (.pvd), all increments, in m, N and Pa.
 
@@ -188,12 +224,10 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
     from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
-    from knitstudy.use.deck import require_deck, specimen_deck
+    from knitstudy.use.deck import hexahedral, specimen_deck
     from knitstudy.use.inp import write_inp
 
-    wanted = changed_scene(scene, changes, config)
-    require_deck(wanted)
-    chosen = Plan.of(config).labelled(wanted)
+    chosen = hexahedral(Plan.of(config).labelled(hexahedral(changed_scene(scene, changes, config))))
     geometry = STAGES["geometry"].function(chosen)
     mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
     path = output or Path(f"{chosen.name}.{dialect}.inp")
@@ -204,7 +238,7 @@ def export(scene: str, dialect: str, changes: tuple, output: Path | None, config
 
 def _write_series(file: Path, output: Path | None) -> Path:
     """Write the history in a result file as a time series, and return its path."""
-    from knitstudy.use.series import write_series
+    from knitstudy.use.vtu import write_series
 
     history, path = read_dataset(file), output or file.with_suffix(".pvd")
     scene, geometry, mesh = console.undeformed(file, history, solids="node_displacement" in history)

@@ -1,4 +1,6 @@
-"""The law of a fabric as a membrane, fitted to states of its cell: stretches and the forces per width with them.
+"""The law of a fabric as a membrane, fitted to states of its cell, and strips of the fabric with that law.
+
+States are stretches and the forces per width with them.
 
 Residuals are differences of forces per width over the force of the state, to which a part `FLOOR` of the largest force
 of its path is added: so small forces count, and rounding near rest does not. Weights of the law of exponentials
@@ -13,16 +15,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 import xarray as xr
 from scipy.optimize import nnls
 from scipy.stats import t as student
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import STRAINS
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.membrane import ExponentialLaw, green
+from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.membrane import ExponentialLaw, MembraneLaw, MembraneModel, green, rectangle
 
 LEVEL = 0.95  # of the intervals
 FLOOR = 0.05
@@ -109,27 +116,11 @@ class LawFit:
         return {name: (float(np.sqrt(np.mean(part**2))), float(part.max())) for name, part in parts.items()}
 
 
-def fit_exponentials(
-    states: States, mirrored: bool = True, error: float = ERROR, sizes: Sequence[float] = SIZES
-) -> LawFit:
-    """Return the law of few exponentials with that error, or with nearly the least that there is.
+def _few_terms(columns: Floats, goal: Floats, error: float) -> tuple[Ints, Floats]:
+    """Return the columns (k,) of all (n, terms) that an error of the goal (n,) needs, and their weights (k,)."""
+    norm = np.linalg.norm(columns, axis=0)
 
-    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
-    quadratic: that of a linear membrane.
-    """
-    strain, derivative = green(states.stretch)
-    slope, size = _dictionary(mirrored, sizes)
-    slope = slope / _reach(strain)
-    columns = 0.0
-    pair = (slope, slope * MIRROR) if mirrored else (slope,)
-    for mode in pair:
-        along = strain @ mode.T
-        factor = np.where(size > 0, np.expm1(along), along) / len(pair)
-        columns += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
-    columns = (columns / states.scale[:, None, None]).reshape(-1, len(slope))
-    norm, goal = np.linalg.norm(columns, axis=0), (states.force / states.scale[:, None]).ravel()
-
-    def solve(chosen: np.ndarray) -> tuple[np.ndarray, float]:
+    def solve(chosen: Ints) -> tuple[Floats, float]:
         weight, left = nnls(columns[:, chosen] / norm[chosen], goal)
         return weight / norm[chosen], left * np.sqrt(3 / len(goal))
 
@@ -148,7 +139,29 @@ def fit_exponentials(
         if solved[best][1] > allowed:
             break
         chosen = fewer[best][solved[best][0] > 0]
-    weight, _ = solve(chosen)
+    return chosen, solve(chosen)[0]
+
+
+def fit_exponentials(
+    states: States, mirrored: bool = True, error: float = ERROR, sizes: Sequence[float] = SIZES
+) -> LawFit:
+    """Return the law of few exponentials with that error, or with nearly the least that there is.
+
+    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
+    quadratic: that of a linear membrane.
+    """
+    strain, derivative = green(states.stretch)
+    slope, size = _dictionary(mirrored, sizes)
+    slope = slope / _reach(strain)
+    pair = (slope, slope * MIRROR) if mirrored else (slope,)
+    forces = np.zeros((len(strain), len(AXES), len(slope)))
+    for mode in pair:
+        along = strain @ mode.T
+        factor = np.where(size > 0, np.expm1(along), along) / len(pair)
+        forces += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
+    columns = (forces / states.scale[:, None, None]).reshape(-1, len(slope))
+    goal = (states.force / states.scale[:, None]).ravel()
+    chosen, weight = _few_terms(columns, goal, error)
     flat, curved = size[chosen] == 0, size[chosen] > 0
     slope, both = slope[chosen], [modes[chosen] for modes in pair]
     dyads = sum(np.einsum("ki,kj->kij", modes, modes) for modes in both) / len(pair)  # of a term's form
@@ -212,3 +225,96 @@ def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Datas
 def law_of(fitted: xr.Dataset) -> ExponentialLaw:
     """Return the law of exponentials of a dataset that `membrane` made."""
     return ExponentialLaw(*(fitted[name].to_numpy() for name in ("form", "weight", "slope")))
+
+
+# Strips of fabric between clamps, and the same fabric free across.
+#
+# Clamps hold both components of all nodes along their edges; one of them is driven. A membrane carries compression
+# across, where a fabric wrinkles: the least principal force of the strip says how much, and of a strip under tension it
+# is small.
+
+ELEMENTS = 16  # in either direction: twice as many change forces by 3e-4 (docs/notes/membrane.md)
+INCREMENT = 0.02  # largest increment of strain, of 5 increments at least
+NEVER = 10**9  # iterations: viscous flows find nothing in a membrane that halved increments do not
+
+
+def stretch_strip(
+    law: MembraneLaw,
+    length: float,
+    width: float,
+    strain: float,
+    axis: int = 0,
+    clamped: bool = True,
+    elements: int = ELEMENTS,
+    increments: int | None = None,
+    largest_force: float = np.inf,
+) -> xr.Dataset:
+    """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
+
+    It is pulled in course (`axis` 0) or wale direction (1). Strains are displacements over the length between the
+    clamps, forces per width refer to the undeformed edge. Without clamps the strip is free across, as an endless
+    fabric is: one element, whose ends stay straight. The pull ends early at the largest force per width [N/m].
+    Raises ConvergenceError if Newton's method finds no equilibrium; its `history` is the strip so far.
+    """
+    if not clamped:
+        elements = 1
+    sides = (length, width)
+    nodes, quads, number = rectangle(sides, (elements, elements), degree=2 if clamped else 1)
+    nodes = nodes if axis == 0 else nodes[:, ::-1]
+    model = MembraneModel(nodes, quads, law)
+    along, across = (2 * number + component for component in (axis, 1 - axis))
+    ends = [along[0], along[-1], *((across[0], across[-1]) if clamped else (across[0, :1],))]
+    fixed = np.concatenate(ends)
+    value = np.where(np.isin(fixed, along[-1]), strain * length, 0.0)
+    many = increments or max(5, ceil(abs(strain) / INCREMENT))
+    settings = Settings(increments=many, vain=NEVER)
+    middle, rows, failure = across[number.shape[0] // 2], [], None
+    try:
+        for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
+            moved = increment.state.ravel()
+            inner = model.principal_forces(increment.state)
+            force = increment.response.force[along[-1]].sum() / width
+            waist = 1 + (moved[middle[-1]] - moved[middle[0]]) / width
+            rows.append((increment.load * strain, force, waist, inner[..., 0].min(), inner[..., 1].max()))
+            if force >= largest_force:
+                break
+    except ConvergenceError as error:
+        failure = ConvergenceError(
+            f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}: {error}"
+        )
+        failure.__cause__ = error
+    strip = xr.Dataset(
+        {
+            name: ("increment", curve, about)
+            for (name, about), curve in zip(VARIABLES.items(), np.transpose(rows), strict=True)
+        },
+        attrs={"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
+    ).set_coords("strain")
+    if failure is not None:
+        failure.history = strip
+        raise failure
+    return strip
+
+
+VARIABLES = {
+    "strain": {"units": "1", "long_name": "displacement of the clamps over the length"},
+    "force_per_width": {"units": "N/m", "long_name": "force over undeformed width"},
+    "waist": {"units": "1", "long_name": "width half way between the clamps over width at rest"},
+    "least_force": {"units": "N/m", "long_name": "least principal force per deformed width"},
+    "largest_force": {"units": "N/m", "long_name": "largest principal force per deformed width"},
+}
+
+
+WRINKLES = 0.05  # compression over the largest tension from which a strip is said to wrinkle
+
+
+def strain_at(strip: xr.Dataset, force: np.ndarray) -> np.ndarray:
+    """Return the strains at forces per width (k,) [N/m] of a strip, nan beyond its last.
+
+    Examples
+    --------
+    >>> strip = xr.Dataset({"force_per_width": [0.0, 10.0], "strain": [0.0, 0.2]})
+    >>> strain_at(strip, np.array([5.0, 20.0])).tolist()
+    [0.1, nan]
+    """
+    return np.interp(force, strip["force_per_width"], strip["strain"], right=np.nan)

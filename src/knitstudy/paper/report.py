@@ -1,22 +1,33 @@
-"""Figures, tables and the origin of the data on one HTML page that needs no other file."""
+"""The report: one HTML page that holds every figure and table with the findings of the paper, and the data's origin."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from base64 import b64encode
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import partial
-from numbers import Integral, Number
+from io import BytesIO
+from numbers import Integral
 from pathlib import Path
 from typing import Any
 
 import jinja2
+import numpy as np
 import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
+from PIL import Image, UnidentifiedImageError
 
-from knitstudy.errors import ConfigurationError
-from knitstudy.files import STAMP, VERSIONS, read_dataset, read_table
-from knitstudy.paper.report.files import ScreenPicture
-from knitstudy.run.catalogue import FIGURES, TABLES, Display
+from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
+from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
+from knitstudy.run.configuration import load_study
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import scenes_of
+from knitstudy.use.deformed import deformed, page_of
 
 # Texts of a figure: in place of it, below it, and about the paper's and this study's finding.
 TEXTS = ("alt", "caption", "paper", "ours")
@@ -64,7 +75,7 @@ def render(
     full : Path, optional
         Folder of tables (CSV) and pictures (PNG) of the full study, which replace the ones of a smaller study.
     turning : str, optional
-        Page of a knit that turns in the browser (`paper.report.turning_knit`).
+        Page of a knit that turns in the browser (`paper.report`).
 
     Raises
     ------
@@ -117,7 +128,10 @@ def _filled(environment: jinja2.Environment, what: str, text: str) -> str:
 
 
 def _figure(
-    path: Path, captions: Mapping, results: Mapping[str, pd.DataFrame], environment: jinja2.Environment
+    path: Path,
+    captions: Mapping[str, Any],
+    results: Mapping[str, pd.DataFrame],
+    environment: jinja2.Environment,
 ) -> dict[str, Any]:
     """Return name, title, picture, texts and numbers of a figure, and whether it is folded."""
     display = FIGURES.find(path.stem)
@@ -147,8 +161,8 @@ def numbers(
     first, heads = frame.columns[0], {column: heading for heading, column in columns.items()}
     chosen = frame[frame[first].isin(rows)] if rows else frame
     text = cells(chosen[[first, *heads]].dropna(axis="columns", how="all").rename(columns=heads))
-    rows, numeric = text.to_numpy().tolist(), [False] + [True] * (len(text.columns) - 1)
-    return {"header": list(text.columns), "rows": rows, "numeric": numeric, "title": table}
+    numeric = [False] + [True] * (len(text.columns) - 1)
+    return {"header": list(text), "rows": text.to_numpy().tolist(), "numeric": numeric, "title": table}
 
 
 def _table(name: str, table: pd.DataFrame, captions: Mapping[str, Any]) -> dict[str, Any]:
@@ -210,17 +224,18 @@ def cells(table: pd.DataFrame) -> pd.DataFrame:
     return table.map(_cell)
 
 
-def _cell(content: object) -> str:
+def _cell(content: Any) -> str:
     if pd.isna(content):
         return NOTHING
-    if isinstance(content, bool) or not isinstance(content, Number):
+    if isinstance(content, bool) or not isinstance(content, float | int | np.number):
         return str(content)
     if isinstance(content, Integral):
         return f"{content:,}"
-    if content and not 1e-4 <= abs(content) < 1e6:
-        return f"{content:.{DIGITS - 1}g}"
+    number = float(content)
+    if number and not 1e-4 <= abs(number) < 1e6:
+        return f"{number:.{DIGITS - 1}g}"
     # All digits before the point: without an exponent where the number is readable without one.
-    return f"{content:,.{max(DIGITS, len(f'{abs(content):.0f}'))}g}"
+    return f"{number:,.{max(DIGITS, len(f'{abs(number):.0f}'))}g}"
 
 
 def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
@@ -234,3 +249,127 @@ def origins(files: Iterable[Path | str], page: Path | str) -> pd.DataFrame:
         path = Path(os.path.relpath(file, Path(page).parent)).as_posix()
         rows.append([path, *(str(attributes.get(key, "")) for key in ATTRIBUTES)])
     return pd.DataFrame(rows, columns=["file", *(key.removesuffix("_version") for key in ATTRIBUTES)])
+
+
+# ---- What figures, tables and the page are made from
+
+READERS: dict[str, Callable[[Path], Any]] = {".nc": read_result, ".csv": read_table, ".yaml": read_yaml}
+WIDTH = 1300  # points of the widest picture of the page, which is at most 822 pixels wide on a screen
+FORMAT: dict[str, Any] = {"format": "WEBP", "quality": 80}  # lines and letters stay sharp
+
+
+def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
+    """Return the contents of files by argument; several files of one argument by the names of their scenes.
+
+    Parameters
+    ----------
+    files : iterable of (str, path) or (str, sequence of paths)
+
+    Raises
+    ------
+    DataFileError, ConfigurationError
+        When a file is missing or cannot be read.
+    """
+
+    def read(source: Any) -> Any:
+        if isinstance(source, str | Path):
+            return READERS[Path(source).suffix](Path(source))
+        return {dataset.attrs["scene"]: dataset for dataset in map(read, source)}
+
+    return {name: read(source) for name, source in files}
+
+
+@dataclass(frozen=True)
+class ScreenPicture:
+    """A picture as a screen shows it (WebP), with the size [points] and the metadata of its file, and its width."""
+
+    content: bytes
+    width: int
+    height: int
+    metadata: dict[Any, Any]
+    millimetres: float = 0.0
+
+    @classmethod
+    def of(cls, path: Path) -> ScreenPicture:
+        """Return the picture of a file; DataFileError when it cannot be read."""
+        try:
+            with Image.open(path) as image:
+                shown, texts = image.convert("RGB"), dict(image.info)
+        except (OSError, UnidentifiedImageError) as error:
+            message = f"{path}: is no picture ({error}); make it again with `make study`"
+            raise DataFileError(message) from error
+        width, height = shown.size
+        millimetres = 25.4 * width / float(texts.get("dpi", (300.0,))[0])
+        shown.thumbnail((WIDTH, height), Image.Resampling.LANCZOS)
+        stored = BytesIO()
+        shown.save(stored, **FORMAT)
+        return cls(stored.getvalue(), width, height, texts, millimetres)
+
+    @property
+    def uri(self) -> str:
+        """The picture as a data URI."""
+        return f"data:image/webp;base64,{b64encode(self.content).decode()}"
+
+
+# ---- The knit that turns in the report: one deformed knit of the study, as a page within the page
+
+CORNERS = 120_000  # of all increments at most: about 1 MB
+
+
+def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
+    """Return the page of the first of some scenes whose history is among the data files; an empty text where none is.
+
+    Parameters
+    ----------
+    wanted : sequence of str
+        Names of scenes.
+    data : iterable of Path
+        Results of the study, in the folders of their stages.
+    """
+    histories = {path.stem: path for path in data if path.parent.name == "simulation"}
+    path = next((histories[name] for name in wanted if name in histories), None)
+    if path is None:
+        return ""
+    history = read_dataset(path)
+    scene, _ = scenes_of(history, path)
+    geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene))
+    title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
+    return page_of(deformed(scene, geometry, history), title, CORNERS)
+
+
+# ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's
+
+STUDY, VERDICTS = "full", "verdicts"
+
+VERDICTS_KEPT = RESOURCES / "verdicts.csv"
+"""Verdicts of the full study, which the report of every study shows."""
+
+REFERENCE = RESOURCES / "reference" / "reference.csv"
+"""Reference values; a file beside it has the values of single simulations."""
+
+SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
+
+
+def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
+    """Return a warning where rows of a kept table have another digest; else an empty text.
+
+    `what` names the rows in the plural, `target` is the target of make for them.
+    """
+    table = read_table(kept, needs=(column, "made"))
+    if set(table[column].astype(str)) == {wanted}:
+        return ""
+    days = ", ".join(sorted(set(table["made"].astype(str))))
+    why = "code or scenes have changed since, or not all had been run"
+    return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
+
+
+def full_study(catalogue: Catalogue, plan: Plan, scenes: list[Scene], config: Path) -> Displays:
+    """Return the figures or tables of the full study that can be made of scenes."""
+    return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
+
+
+def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
+    """Return a warning where the kept verdicts were made by other code or scenes than today's; else an empty text."""
+    displays = full_study(TABLES, plan, [plan.scenes[name] for name in load_study(STUDY, config)], config)
+    wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
+    return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)

@@ -1,15 +1,20 @@
-"""Force per width over strain of measured fabrics: stockinette with its measurement, and predictions of others."""
+"""Fabrics of measured yarns, measured and predicted, and knits of several stitches from the front and the back."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import product
 
+import xarray as xr
 from matplotlib.figure import Figure
 
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.paper.fabrics import CELLS, FITTED, measured, predicted
-from knitstudy.run.catalogue import FIGURES, Datasets
-from knitstudy.use.style import DOUBLE, INK, YARNS, figure, panel_letter, shared_legend
+from knitstudy.run.catalogue import FIGURES, Datasets, several
+from knitstudy.use.solids import FRONT, Picture, View, bounds, draw_rows, yarn_tubes
+from knitstudy.use.style import DOUBLE, INK, YARNS, Style, figure, panel_letter, shared_legend
 
 STITCHES = (FITTED, "garter", "rib", "seed")
 MEASURED = (FITTED, "rib")
@@ -20,7 +25,7 @@ MEASURED = (FITTED, "rib")
     "Fabrics of measured yarns between clamps: measured and predicted",
     results={"cells": CELLS},
 )
-def draw(cells: Datasets) -> Figure:
+def draw_fabrics(cells: Datasets) -> Figure:
     """Draw a panel for every yarn and direction: measured points with deviations, curves and intervals predicted."""
     table = predicted(cells)
     yarns = list(dict.fromkeys(table["yarn"]))
@@ -40,7 +45,7 @@ def draw(cells: Datasets) -> Figure:
                 strain, spread, force = (
                     known[name] for name in ("strain", "strain_sd", "force_per_width_N_mm")
                 )
-                points = {"fmt": "o", "color": colour, "mfc": "none", "lw": 0.7}
+                points: Style = {"fmt": "o", "color": colour, "mfc": "none", "lw": 0.7}
                 axes.errorbar(strain, force, xerr=spread, **points, label=f"{stitch}, measured")
         panel_letter(axes, letter, f"{yarn}, {direction}")
         axes.set(ylim=(0, 0.32), xlim=(0, None))
@@ -50,3 +55,38 @@ def draw(cells: Datasets) -> Figure:
         axes.set_ylabel("force per width (N/mm)")
     shared_legend(drawing, loc="outside lower center", ncols=3)
     return drawing
+
+
+# ---- Stitches
+
+BACK = View((0.0, 0.0, 1.0))
+LOOPS, ROWS = 4, 4  # of a picture, at least
+STUDIED = "stitches-"  # before the name of the knit
+
+
+@FIGURES.add(
+    "fig_stitches",
+    "Knits of several stitches from the front and from the back",
+    results={"knits": several("geometry", f"{STUDIED}*-course")},
+)
+def draw_stitches(knits: Mapping[str, xr.Dataset]) -> Figure:
+    """Draw the front of every knit above its back."""
+    loops = [loop for dataset in knits.values() if (loop := fabric_of(dataset).loop)]
+    pictures: list[list[Picture]] = []
+    for loop in loops:
+        knit = plain_knit(loop, LOOPS + -LOOPS % loop.columns, ROWS + -ROWS % loop.rows)
+        tubes = yarn_tubes(knit, [YARNS[yarn % 2] for yarn in range(len(knit.centrelines))])
+        bar = 0.0 if pictures else 1.0
+        pictures.append(
+            [
+                Picture(tubes, view, bounds(tubes, view, below=0.6), bar * (view is FRONT), directions=False)
+                for view in (FRONT, BACK)
+            ]
+        )
+    stitches = (name.removeprefix(STUDIED).rpartition("-")[0] for name in knits)
+    titles = [
+        f"{name}: {' / '.join(loop.stitches)}, front" for name, loop in zip(stitches, loops, strict=True)
+    ]
+    letters = 2 * "abcdefgh"[: len(loops)]
+    titles += len(loops) * ["back"]
+    return draw_rows(list(zip(*pictures, strict=True)), DOUBLE, titles=titles, letters=letters)[0]

@@ -1,4 +1,4 @@
-"""Checks of a history that has ended: energy ledger, shares of artificial energies, penetration, balance of forces.
+"""Checks of a history that has ended: energy ledger, artificial energies, penetration, balance of forces.
 
 They are computed from the history alone, not by the gates that watch a running simulation.
 """
@@ -10,45 +10,17 @@ import xarray as xr
 
 from knitstudy.knit.loading.gates import FIRST, UNLOADED
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.measures.response import allowed_penetration, ledger_gaps, penetration
 
-OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
 # Variables that every history has and that must be finite.
 FINITE = ("load", "strain", "force", "reaction", "energy", "centreline_displacement", "residual")
 DEEPEST = 0.5  # Penetration over the yarn radius at which the contact of beams has failed
-
-
-def ledger_gaps(history: xr.Dataset) -> np.ndarray:
-    """Return the difference of external work and all stored energies, over the largest external work (I,)."""
-    energy = history["energy"]
-    external = energy.sel(form="external")
-    return (np.abs(2 * external - energy.sum("form")) / np.abs(external).max()).to_numpy()
-
-
-def ledger_gap(history: xr.Dataset) -> float:
-    """Return the largest gap of the ledger (`ledger_gaps`)."""
-    return float(ledger_gaps(history).max())
-
-
-def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:
-    """Return the largest hourglass or other over internal energy where the latter is 1% of its final value or more."""
-    internal, other = (history["energy"].sel(form=kind) for kind in ("internal", form))
-    return float((other / internal.where(internal >= OF_FINAL * internal[-1])).max())
 
 
 def hourglass_share_when_loaded(history: xr.Dataset) -> float:
     """Return the largest hourglass over internal energy from a tenth of the load on."""
     late = history["energy"].isel(increment=history["load"].to_numpy() >= FIRST)
     return float((late.sel(form="hourglass") / late.sel(form="internal")).max())
-
-
-def penetration(history: xr.Dataset) -> float:
-    """Return the deepest penetration, 0 where yarns never touch [m]."""
-    return -float(np.fmin.reduce(history["smallest_gap"].to_numpy(), initial=0.0))  # nan: no yarns are near
-
-
-def allowed_penetration(history: xr.Dataset) -> float:
-    """Return the penetration limit of contact: of the penalty method, or of the law of local indentation [m]."""
-    return float(history.attrs["penetration_limit"])
 
 
 def is_unloaded(history: xr.Dataset, scene: Scene) -> bool:

@@ -1,16 +1,31 @@
-"""Fig. 2: schematic of the two interactions at an interface, the tie constraint and contact with friction."""
+"""Figs. 2 and 9: schematic of ties and contact with friction, and what they do to force and out-of-plane motion."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.picture import draw_arrow, write
-from knitstudy.use.style import ACCENT, DOUBLE, INK, PAPER, YARNS, figure, panel_letter, tint
+from knitstudy.measures.response import out_of_plane
+from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
+from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.use.solids import Place, draw_arrow, write
+from knitstudy.use.style import (
+    ACCENT,
+    DOUBLE,
+    INK,
+    INTERACTIONS,
+    MILLIMETRE,
+    PAPER,
+    YARNS,
+    Style,
+    figure,
+    panel_letter,
+    tint,
+)
 
 SLAVE, MASTER = YARNS[1], YARNS[2]
 HALF = 3.0  # half the width of a panel; all lengths of the schematic are in one arbitrary unit
@@ -22,7 +37,7 @@ Profile = Callable[[np.ndarray], np.ndarray]
 
 
 @FIGURES.add("fig02_interfaces", "Fig. 2: tie constraint and contact with friction")
-def draw() -> Figure:
+def draw_interfaces() -> Figure:
     """Draw both panels: sketches without measurements."""
     drawing = figure(DOUBLE, 66)
     left, right = (drawing.add_axes((start, 0.02, 0.47, 0.88)) for start in (0.015, 0.515))
@@ -65,32 +80,33 @@ def _draw_contact(axes: Axes) -> None:
     formula = r"$p\geq 0$,   $\Vert\mathbf{t}_T\Vert\leq\mu\,p$"
     _draw_bodies(axes, lower, lambda x: -lower(x), f"{formula},   equal where it slides")
     # The normal n of the master and its tangents; t2 points to the reader.
-    origin = np.array([1.8, lower(1.8)])
+    origin = np.array([1.8, *lower(np.array([1.8]))])
     along = np.array([1, -0.26 * (origin[0] - CONTACT)])
     along /= np.linalg.norm(along)
     normal = np.array([-along[1], along[0]])
     axes.plot(*origin, "o", color=PAPER, markeredgecolor=INK, markersize=7, zorder=7)
     axes.plot(*origin, "o", color=INK, markersize=2.2, zorder=8)
-    pressure = [
+    arrows: list[tuple[Place, Place, str, float]] = [
         ((x, 0.06), (0, 0.95 * np.sqrt(1 - (x / CONTACT) ** 2)), ACCENT, 0.9)
         for x in np.linspace(-0.93, 0.93, 9)
     ]
-    for start, vector, colour, width in (
-        *pressure,
+    arrows += [
         ((0.45, -0.28), (-1.3, 0), ACCENT, 2.0),
         ((1.25, 1.45), (1.1, 0), SLAVE, 2.0),
         (origin, 0.95 * normal, INK, 1.2),
         (origin, 0.85 * along, INK, 1.2),
-    ):
+    ]
+    for start, vector, colour, width in arrows:
         draw_arrow(axes, start, vector, colour, width, mutation_scale=6 + 3 * width)
-    for place, text, colour in (
+    texts: tuple[tuple[Place, str, str], ...] = (
         ((1.02, 0.8), "$p$", ACCENT),
         ((-1.0, -0.3), r"$\mathbf{t}_T$", ACCENT),
         ((0.42, 1.45), "sliding of the slave", SLAVE),
         (origin + 1.1 * normal, r"$\mathbf{n}$", INK),
         (origin + 0.9 * along + [0.1, 0.22], r"$\mathbf{t}_1$", INK),
         (origin - [0.1, 0.36], r"$\mathbf{t}_2$", INK),
-    ):
+    )
+    for place, text, colour in texts:
         write(axes, place, text, color=colour)
 
 
@@ -106,6 +122,33 @@ def _draw_bodies(axes: Axes, lower: Profile, upper: Profile, formula: str) -> No
     ):
         axes.fill_between(x, end, profile(x), color=tint(colour, 0.22), linewidth=0)
         axes.plot(x, profile(x), color=colour, linewidth=1.4)
-        look = {"color": PAPER, "markeredgecolor": colour, "markeredgewidth": 1.3, "markersize": 5}
-        axes.plot(nodes, profile(nodes), marker, **look, zorder=6)
+        rim: Style = {"markeredgecolor": colour, "markeredgewidth": 1.3}
+        axes.plot(nodes, profile(nodes), marker, color=PAPER, markersize=5, zorder=6, **rim)
         write(axes, (-2.9, height), f"{name} surface", color=colour, ha="left")
+
+
+# ---- Fig. 9
+
+
+@FIGURES.add(
+    "fig09_interactions",
+    "Fig. 9: force and out-of-plane motion with ties, rough contact and isotropic friction",
+    results={
+        "tie": solid("simulation", "tie-course"),
+        "rough": solid("simulation", "rough-course"),
+        "isotropic": solid("simulation", "isotropic-course"),
+    },
+)
+def draw_interactions(**histories: xr.Dataset) -> Figure:
+    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain."""
+    drawing = figure(DOUBLE, 70.0)
+    quantities = (("reaction force", "N"), ("largest out-of-plane motion $|u_z|$", "mm"))
+    for k, (quantity, unit) in enumerate(quantities):
+        axes = drawing.add_axes((0.08 + 0.5 * k, 0.15, 0.27, 0.75))
+        curves = []
+        for name, history in histories.items():
+            value = MILLIMETRE * out_of_plane(history) if k else history["force"].to_numpy()
+            curves.append(Curve(INTERACTIONS[name], history["strain"].to_numpy(), value))
+        draw_curves(axes, curves, quantity, unit)
+        panel_letter(axes, "ab"[k])
+    return drawing

@@ -1,4 +1,4 @@
-"""Fig. 5: from the two contacts on one side of an interlock to the points C1 to C4 of the 3D reduced model."""
+"""Figs. 5 and 6: the points C1 to C4 of the three-dimensional reduced model, and its joints."""
 
 from __future__ import annotations
 
@@ -12,11 +12,22 @@ from matplotlib.figure import Figure
 from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.yarns.joints import contact_normal_planes, contact_normals, joint_points
-from knitstudy.run.catalogue import FIGURES, of_solid
-from knitstudy.use.picture import arrow, bounds, draw_rows, label, scale_bar, tube, yarn_colours
-from knitstudy.use.renderer import MILLIMETRE, Picture, Surface, View
-from knitstudy.use.style import ACCENT, INK, PAPER, SINGLE
+from knitstudy.knit.yarns.joints import contact_normal_planes, contact_normals, joint_points, spring_axes
+from knitstudy.run.catalogue import FIGURES, network, of_solid
+from knitstudy.use.solids import (
+    Picture,
+    Surface,
+    View,
+    arrow,
+    bounds,
+    draw_rows,
+    label,
+    sphere,
+    tube,
+    write,
+    yarn_colours,
+)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE
 
 VIEW = View.orbit(turn=-12, tilt=-36)  # from below: here planes and normals part most in the picture
 REACH = 2.0  # how much of the yarns is shown beyond the contacts, in radii
@@ -25,7 +36,7 @@ PLANES = ("#E69F00", "#6B6B80")  # colours of the contact normal planes of P1 an
 RIM = 0.4  # margin of the drawn part of a plane, in radii
 LEFT_ZONES = (0, 2)  # lower and upper contact on the left of an interlock, where P1 and P2 of Fig. 5 lie
 
-PLACES = {
+PLACES: dict[str, tuple[float, float]] = {
     "$C_1$": (-34, 8),
     "$C_2$": (-30, 26),
     "$C_3$": (34, 6),
@@ -43,7 +54,7 @@ PLACES = {
     "Fig. 5: points of the 3D reduced model",
     results=of_solid("isotropic-course", "geometry", "contacts"),
 )
-def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
+def draw_contact_points(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
     knit = fabric_of(geometry)
     side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
@@ -59,14 +70,13 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
             surfaces.append(tube(corners[[k - 1, k]], 0.02 * radius, colour))
         normal = ARROW * radius * side.normal[contact]
         surfaces.append(arrow(side.P[contact], normal, 0.06 * radius, ACCENT))
-    picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4))
+    picture = Picture(surfaces, VIEW, bounds(surfaces, VIEW, below=0.4), 1)
     drawing, (axes,) = draw_rows([[picture]], 1.2 * SINGLE, head=0)
     tips = MILLIMETRE * VIEW.project(side.P + ARROW * radius * side.normal)
     name_points(axes, VIEW, {f"$C_{i + 1}$": side.C[i % 2, i // 2] for i in range(4)}, PLACES, INK)
     name_points(axes, VIEW, {"$P_1$": side.P[0], "$P_2$": side.P[1]}, PLACES, ACCENT)
     for tip, name in zip(tips, (r"$\mathbf{n}_1$", r"$\mathbf{n}_2$"), strict=True):
         label(axes, tip, name, PLACES[name], ACCENT)
-    scale_bar(axes, 1, VIEW)
     return drawing
 
 
@@ -94,7 +104,7 @@ def name_points(
     """Draw dots and names over the picture, so that no yarn dims them."""
     for name, point in points.items():
         at = MILLIMETRE * view.project(point)
-        axes.scatter(*at, s=25, color=colour, edgecolor=PAPER, zorder=8)
+        axes.scatter(at[0], at[1], s=25, color=colour, edgecolor=PAPER, zorder=8)
         label(axes, at, name, offsets[name], colour)
 
 
@@ -132,7 +142,8 @@ class InterlockSide:
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
         yarn = points.yarn[pair[0]]
         colours = [yarn_colours(knit)[number] for number in yarn]
-        return cls(yarn, *(array[pair] for array in of_pair), colours)
+        P, C, arc_length, normal, plane = (array[pair] for array in of_pair)
+        return cls(yarn, P, C, arc_length, normal, plane, colours)
 
 
 def piece(
@@ -140,5 +151,74 @@ def piece(
 ) -> Surface:
     """Return the tube about a yarn's centreline between two arc lengths [m], cut at its ends."""
     centreline = knit.centrelines[yarn]
-    s = np.linspace(*np.clip(span, 0.0, centreline.length), 160)
+    low, high = np.clip(span, 0.0, centreline.length)
+    s = np.linspace(low, high, 160)
     return tube(centreline.position(s), radius, colour, opacity)
+
+
+# ---- Fig. 6
+
+WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
+BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
+REACH_OF_JOINT = 3.2  # how much of the yarns the detail shows on either side of the joint, in radii
+AXIS = 2.0  # length of the directions in the detail, in radii
+PLACES_OF_JOINT: dict[str, tuple[float, float]] = {
+    "$C_1$": (-32, -10),
+    "$C_3$": (34, 8),
+    "$P_1$": (0, -30),
+}  # offsets of names from points [points]
+
+
+@FIGURES.add(
+    "fig06_joints",
+    "Fig. 6: 3D reduced model and its joints",
+    results=of_solid("isotropic-course", "geometry", "contacts")
+    | {"rom3d": network("rom3d", "isotropic-course")},
+)
+def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
+    """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
+    knit = fabric_of(geometry)
+    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
+    axes = spring_axes(side.normal, "local")[0]
+    whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)
+    pictures = [
+        Picture(surfaces, view, bounds(surfaces, view, below), bar, directions=view is WHOLE)
+        for surfaces, view, below, bar in ((whole, WHOLE, 3.0, 5), (joint, DETAIL, 0.5, 1))
+    ]
+    titles = "beams and joints", "joint of $C_1$ and $C_3$ at $P_1$"
+    drawing, (_, right) = draw_rows([pictures], titles=titles)
+    points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
+    name_points(right, DETAIL, points, PLACES_OF_JOINT, ACCENT)
+    for name, direction in zip("xyz", axes, strict=True):
+        tip = side.P[0] + (AXIS + 0.3) * radius * direction
+        write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
+    return drawing
+
+
+def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surface]:
+    """Return every yarn's chain of straight beams, the arms from the points C to P, and the points C."""
+    yarn, position = rom3d["yarn"].to_numpy(), rom3d["centreline"].to_numpy()
+    points, radius = joint_points(knit, contacts), knit.radius
+    surfaces = [
+        tube(position[yarn == i], BEAM * radius, colour) for i, colour in enumerate(yarn_colours(knit))
+    ]
+    for pair, centroid in zip(points.point, points.centroid, strict=True):
+        for end in pair:
+            surfaces.append(tube([end, centroid], ARM * radius, ACCENT))
+            surfaces.append(sphere(end, 1.35 * BEAM * radius, ACCENT))
+    return surfaces
+
+
+def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
+    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the axes (3, 3) of its springs."""
+    radius, start = knit.radius, side.P[0]
+    s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
+    surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in axes]
+    for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
+        reach = REACH_OF_JOINT * radius
+        nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (abs(s - middle) <= reach)]
+        surfaces.append(piece(knit, yarn, (middle - reach, middle + reach), radius, colour, 0.2))
+        surfaces.append(tube(nodes, 0.09 * radius, colour))
+        surfaces += [sphere(node, 0.16 * radius, colour) for node in nodes]
+        surfaces.append(tube([end, start], 0.10 * radius, ACCENT))
+    return surfaces

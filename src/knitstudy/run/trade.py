@@ -11,6 +11,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict
+from functools import partial
 from math import inf, nan
 from multiprocessing import get_context
 from pathlib import Path
@@ -20,6 +21,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError, message_of
 from knitstudy.files import read_table, write_table
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures.cost import MEGABYTE, memory_growth
@@ -28,9 +30,8 @@ from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
 from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
-from knitstudy.run.code import MODEL, code_digest
-from knitstudy.run.job import end_with_parent
 from knitstudy.run.plan import Plan
+from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
@@ -41,12 +42,14 @@ Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
 
 
-def code_of(problem: Scene, keys: Mapping) -> str:
+def code_of(problem: Scene, keys: Mapping[str, Any]) -> str:
     """Return the digest of the code, and of all keys, behind a run."""
     return digest([code_digest("measures", *MODEL), problem.vary(keys).hash])
 
 
-def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path, say: bool = False) -> Record:
+def run(
+    problem: Scene, setting: str, keys: Mapping[str, Any], limit: float, folder: Path, say: bool = False
+) -> Record:
     """Return the record of a problem by one model setting, in a process with a limit of processor time [s]."""
     record = {
         "model setting": setting,
@@ -66,14 +69,14 @@ def run(problem: Scene, setting: str, keys: Mapping, limit: float, folder: Path,
         return record | {"reason": f"took more than {limit:g} s of processor time, or the memory"}
 
 
-def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
+def _run(document: Mapping[str, Any], limit: float, folder: Path, say: bool) -> Record:
     resource.setrlimit(resource.RLIMIT_CPU, (int(limit), int(limit) + 5))
     scene = Scene.from_dict(document)
     try:
         results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
         return {"reason": message_of(error)}
-    history, strain = results.history, scene.load.strain
+    history, strain = results.history, scene.value("load.strain")
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
     values: dict[str, float] = {}
@@ -89,9 +92,13 @@ def _run(document: Mapping, limit: float, folder: Path, say: bool) -> Record:
     }
 
 
+def _relative(value: float, true: float) -> float:
+    return abs(value / true - 1)
+
+
 def rows_of(
     records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, reference: Reference
-) -> list[dict]:
+) -> list[dict[str, Any]]:
     """Return a row for every model setting and question of one knit, or one with the reason of no reference."""
     rows, settings = [], trade.settings_of(case)
     for record in records:
@@ -100,8 +107,8 @@ def rows_of(
             for quantity in question.by.get(settings[record["model setting"]]["fidelity"], ()):
                 if (true := known(reference, quantity, 1.0)).known:
                     value = record["values"].get(quantity, inf)
-                    error = true.of(lambda other, value=value: abs(value / other - 1))
-                    off[quantity] = (inf if record["reason"] else error.value + error.uncertainty, true)
+                    miss = true.of(partial(_relative, value))
+                    off[quantity] = (inf if record["reason"] else miss.value + miss.uncertainty, true)
             if not off:
                 continue
             quantity = max(off, key=lambda name: off[name][0])
@@ -143,8 +150,8 @@ def reference_values(
         ended, limits[knit] = [name for name in degrees if values.get(name)], {}
         for quantity in values[ended[0]] if len(ended) > 1 else ():
             series = [values[name][quantity] for name in ended]
-            limit = limit_of_degrees([degrees[name] for name in ended], series)
-            true, change = Estimate(limit.value, limit.uncertainty), abs(series[-1] - series[-2])
+            found = limit_of_degrees([degrees[name] for name in ended], series)
+            true, change = Estimate(found.value, found.uncertainty), abs(series[-1] - series[-2])
             if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
                 true = Estimate(series[-1], change)
             limits[knit][quantity, 1.0] = true

@@ -1,1 +1,0 @@
-"""The report: one HTML page that holds every figure and table with the findings of the paper."""
