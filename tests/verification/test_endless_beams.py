@@ -120,8 +120,6 @@ def test_start_and_interaction_are_checked(soft):
     rough = {"interaction": "rough", "load.start": "drawn"}
     with refusal("must be isotropic"):
         simulate(scene.vary(rough), geometry)
-    with refusal("must be drawn where fidelity is spline_yarns"):
-        scene.vary({"fidelity": "spline_yarns"})
     with refusal("somewhere else"):
         scene.vary({"load.turns": [0.3, 0.3]})
 
