@@ -14,7 +14,7 @@ from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene, flat
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
-from knitstudy.knit.scene.shared_sections import Newton, Sliding
+from knitstudy.knit.scene.shared_sections import Friction, Newton
 from knitstudy.knit.scene.specimens import Knit
 from knitstudy.run.configuration import load_scene, load_scenes
 
@@ -198,7 +198,7 @@ def test_a_scene_is_made_of_what_a_user_says():
             lambda: CellOfBeams(pattern=Pattern(course_spacing=1e-4)),
             "scene: pattern.course_spacing is 0.0001 m but",
         ),
-        (lambda: Beams(contact=Sliding(friction=-1.0)), "Sliding: friction is -1.0"),
+        (lambda: Beams(contact=Friction(friction=-1.0)), "Friction: friction is -1.0"),
         (lambda: Knit(), "Knit is no class of scenes of a model; take one of Beams, CellOfBeams"),
     ]:
         with refusal(message):

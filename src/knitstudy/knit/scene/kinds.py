@@ -27,7 +27,7 @@ from knitstudy.knit.scene.keys import (
     physics,
     validated,
 )
-from knitstudy.knit.scene.shared_sections import Sliding
+from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.registry import Registry, meanings, near_names
 
 Sections = dict[str, type[Section]]
@@ -154,7 +154,7 @@ INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction
 INTERACTIONS.register(Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf))
 INTERACTIONS.register(
     Interaction(
-        "isotropic", "contact with Coulomb friction", friction=lambda contact: contact.friction, keys=Sliding
+        "isotropic", "contact with Coulomb friction", friction=lambda contact: contact.friction, keys=Friction
     )
 )
 

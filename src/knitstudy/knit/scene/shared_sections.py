@@ -45,7 +45,7 @@ class Tie(Section):
     a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)."""
 
 
-class Sliding(Section):
+class Friction(Section):
     """Coulomb friction."""
 
     group: ClassVar[str] = "contact"
