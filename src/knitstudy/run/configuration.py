@@ -115,10 +115,14 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
 
     Raises ConfigurationError as `load_scenes` where this scene is wrong; others may be.
     """
-    default_keys(config)
-    scenes, knits = scenes_at_need(config)
-    scene = _named(name, scenes, config)
-    check_together([scene], scenes, knits, config)
+    _known_defaults(config)
+    try:
+        scenes, knits = scenes_at_need(config)
+        scene = _named(name, scenes, config)
+        check_together([scene], scenes, knits, config)
+    except ConfigurationError:
+        default_keys(config)  # an error in the defaults names the defaults
+        raise
     return scene
 
 
@@ -235,11 +239,7 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
     Raises ConfigurationError, naming the file and the key whose default is not known or not allowed.
     """
-    path, document = base_of(config) / "defaults.yaml", layered_defaults(config)
-    for name, value in flat(document).items():
-        set_dotted({}, name, value, str(path))
-        if name not in all_keys():
-            raise ConfigurationError(f"{path}: {unknown_key(name)}")
+    path, document = _known_defaults(config)
     loop = read_yaml(path).get("pattern", {}).get("loop")
     where = f"{path} over {loop}" if loop else str(path)
     sections = {name: value for name, value in document.items() if name not in Labels.model_fields}
@@ -248,6 +248,16 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
     for kind in all_kinds():
         Scene.from_dict(_least(kind), where, sections)
     return defaults_of_fields() | flat(document)
+
+
+def _known_defaults(config: Path) -> tuple[Path, dict[str, Any]]:
+    """Return the file and the content of the defaults, whose keys are keys of scenes; their values are not checked."""
+    path, document = base_of(config) / "defaults.yaml", layered_defaults(config)
+    for name, value in flat(document).items():
+        set_dotted({}, name, value, str(path))
+        if name not in all_keys():
+            raise ConfigurationError(f"{path}: {unknown_key(name)}")
+    return path, document
 
 
 def _least(kind: Kind) -> dict[str, Any]:
