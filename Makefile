@@ -97,6 +97,7 @@ lint: environment  ## check code, rules and formatting
 	@$(BIN)/ruff format --check .
 	@$(BIN)/snakefmt --check Snakefile workflow/rules
 	@$(BIN)/lint-imports --no-logo
+	@$(BIN)/mypy
 	@$(BIN)/snakemake --lint
 
 .PHONY: clean
