@@ -1,28 +1,9 @@
 """knitstudy: how knitted textiles carry load, from yarn geometry to reduced order models."""
 
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 __version__ = "0.1.0"
-
-if TYPE_CHECKING:  # for editors and type checkers
-    from knitstudy.knit.geometry.fabric import Fabric
-    from knitstudy.knit.geometry.readers import read_fabric
-    from knitstudy.knit.models.beam import Beams, CellOfBeams
-    from knitstudy.knit.models.hexahedra import Hexahedra, TiedHexahedra
-    from knitstudy.knit.models.rom2d import PlanarNetwork
-    from knitstudy.knit.models.rom3d import SpatialNetwork, TiedSpatialNetwork
-    from knitstudy.knit.models.spline_yarns import (
-        CellOfSplineYarns,
-        SplineYarns,
-        TiedCellOfSplineYarns,
-        TiedSplineYarns,
-    )
-    from knitstudy.knit.scene.scene import Scene
-    from knitstudy.knit.scene.sections import BeamYarn, CellStrain, KnitTension, Pattern, SetYarn, SolidYarn
-    from knitstudy.knit.scene.shared_sections import Friction
-    from knitstudy.run.configuration import load_scene
-    from knitstudy.run.store import simulate
 
 _PLACES = {
     "knit.geometry.fabric": ("Fabric",),
@@ -47,31 +28,7 @@ _PLACES = {
 
 _NAMES = {name: f"knitstudy.{module}:{name}" for module, names in _PLACES.items() for name in names}
 
-__all__ = [  # wings add others, such as ``plot``
-    "BeamYarn",
-    "Beams",
-    "CellOfBeams",
-    "CellOfSplineYarns",
-    "CellStrain",
-    "Fabric",
-    "Friction",
-    "Hexahedra",
-    "KnitTension",
-    "Pattern",
-    "PlanarNetwork",
-    "Scene",
-    "SetYarn",
-    "SolidYarn",
-    "SpatialNetwork",
-    "SplineYarns",
-    "TiedCellOfSplineYarns",
-    "TiedHexahedra",
-    "TiedSpatialNetwork",
-    "TiedSplineYarns",
-    "load_scene",
-    "read_fabric",
-    "simulate",
-]
+__all__ = [*_NAMES]  # wings add others, such as ``plot``
 
 
 def __getattr__(name: str) -> Any:

@@ -34,10 +34,11 @@ def run(code, folder, environment):
 
 
 def test_readme_in_python(fresh, tmp_path):
-    (code,) = blocks(README, "python")
-    assert len(code.splitlines()) <= 9
-    run(code, tmp_path, fresh.environment | {"MPLBACKEND": "agg"})
+    first, own = blocks(README, "python")
+    assert len(first.splitlines()) <= 9
+    run(first, tmp_path, fresh.environment | {"MPLBACKEND": "agg"})
     assert (tmp_path / "cell.png").stat().st_size > 10_000
+    run(own, tmp_path, fresh.environment)
 
 
 LONG = {"7_machine_knits": pytest.mark.full}  # four fabrics to 30 %
