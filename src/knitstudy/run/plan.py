@@ -155,7 +155,7 @@ class Plan:
             labels["name"] = f"{scene.name}-{scene.hash[:DIGITS]}"
         if knit is not None and knit.geometry_key != scene.geometry_key:
             labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
-        return scene.vary(labels) if labels else scene
+        return scene.labelled(labels) if labels else scene
 
 
 def _over(own: Mapping[str, Scene], others: Mapping[str, Scene]) -> Mapping[str, Scene]:

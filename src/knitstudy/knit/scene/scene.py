@@ -160,6 +160,14 @@ class Scene(Part, metaclass=SceneType):
             sections[name] = validated(keys_of, inside, where, f"{name}.")
         return _made(Kind.of(labels_now, where), labels_now, sections, where, self._defaults)
 
+    def labelled(self, labels: Mapping[str, str]) -> Scene:
+        """Return the scene under other names of its own and of its knit; its sections are not checked again."""
+        names = {name: getattr(self, name) for name in Labels.model_fields} | dict(labels)
+        fields: dict[str, Any] = {**dict(labels_of(names, f"scene {self.name!r}")), **self.sections}
+        made = type(self).model_construct(**fields)
+        made._defaults = self._defaults
+        return made
+
     def replace(self, key: str, value: Any) -> Scene:
         """Return a scene with one key changed, for example ``scene.replace("solver.increments", 4)``."""
         return self.vary({key: value})
