@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from matplotlib.figure import Figure
 
+import knitstudy
 from knitstudy import load_scene, registry
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
@@ -117,3 +118,8 @@ def test_every_row_is_shown_by_a_test():
     assert len(rows) == 10
     tests = "".join(path.read_text(encoding="utf-8") for path in (ROOT / "tests" / "unit").glob("*.py"))
     assert [name for name in rows if f"def {name}(" not in tests] == []
+
+
+def test_editors_see_the_names_that_the_package_has():
+    stub = (ROOT / "src" / "knitstudy" / "__init__.pyi").read_text(encoding="utf-8")
+    assert sorted(re.findall(r"import (\w+) as \1$", stub, flags=re.M)) == sorted(knitstudy.__all__)

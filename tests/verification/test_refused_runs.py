@@ -117,7 +117,7 @@ def force_of(stiffness):
 
 
 def test_energy_of_a_penalty_is_what_it_takes_from_the_force(verify):
-    """At least, and at most twice as much; the gate that was opened for it stands in the result."""
+    """At least, and at most twice as much; the history records the gate that a scene sets higher for it."""
     soft, hard = force_of(1.0), force_of(300.0)
     share = float(soft["energy"].sel(form="penalty")[-1] / soft["energy"].sel(form="external")[-1])
     lost = 1 - float(soft["force"][-1] / hard["force"][-1])

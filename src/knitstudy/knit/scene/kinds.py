@@ -288,6 +288,12 @@ def defaults_of_fields() -> dict[str, Any]:
 
 def all_keys() -> dict[str, type[Section]]:
     """Return the classes that describe the keys of all kinds of scenes, by label and by dotted key."""
+    return _keys_of(SPECIMENS.names(), INTERACTIONS.names(), MODELS.names())
+
+
+@cache
+def _keys_of(*names: tuple[str, ...]) -> dict[str, type[Section]]:
+    """Return `all_keys`, formed once for all that is there under these names."""
     labels: dict[str, type[Section]] = dict.fromkeys(Labels.model_fields, Labels)
     sections = all_sections().items()
     return labels | {f"{name}.{key}": section for name, keys in sections for key, section in keys.items()}

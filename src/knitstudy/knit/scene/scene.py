@@ -38,7 +38,6 @@ from knitstudy.knit.scene.kinds import (
     all_sections,
     labels_of,
     not_of_kind,
-    role_of,
     unit_of,
     unknown_key,
 )
@@ -107,12 +106,9 @@ class Scene(Part, metaclass=SceneType):
             defaults = nested(flat(defaults) | yarn, where)
         own = {name: defaults[name] for name in Labels.model_fields if name in defaults} | own
         labels = labels_of(own, where)
+        empty = [name for name, inside in document.items() if inside == {}]
         kind = Kind.of(labels, where)
-        _require_all_of_yarn(kind, yarn, where)
-        _require_same_problem(kind, flat(defaults), where)
-        for key in (*keys, *(name for name, inside in document.items() if inside == {})):
-            if not kind.has(key):
-                raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
+        _require_kind(kind, (*keys, *empty), yarn, flat(defaults), where)
         sections = {}
         for name, keys_of in kind.sections.items():
             inside, below = own.get(name, {}), defaults.get(name, {})
@@ -141,11 +137,7 @@ class Scene(Part, metaclass=SceneType):
         before = {name: getattr(self, name) for name in Labels.model_fields}
         labels = {name: keys[name] for name in Labels.model_fields if name in keys}
         kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
-        _require_all_of_yarn(kind, yarn, where)
-        _require_same_problem(kind, self._own_values(), where)
-        for key in keys:
-            if not kind.has(key):
-                raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
+        _require_kind(kind, keys, yarn, self._own_values(), where)
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
@@ -240,7 +232,12 @@ class Scene(Part, metaclass=SceneType):
     def values_of(self, *roles: str) -> dict[str, Any]:
         """Return the values of all keys of some roles, by dotted key, but for the labels; retired keys as well."""
         values = {**self.kind.part.retired, **self._own_values()}
-        return {key: value for key, value in values.items() if role_of(key) in roles}
+        described = all_keys()
+        return {
+            key: value
+            for key, value in values.items()
+            if describe(described[key], key.partition(".")[2]).role in roles
+        }
 
     def read(self, keys: Iterable[str]) -> dict[str, Any]:
         """Return sections and dotted keys as plain nested mappings: the inputs of a result.
@@ -253,10 +250,15 @@ class Scene(Part, metaclass=SceneType):
         document = {
             name: value for name, value in self._document.items() if name in names & {*Labels.model_fields}
         }
-        for key, value in {**self.kind.part.retired, **flat(self._document)}.items():
-            section, dot, _ = key.partition(".")
-            if dot and names & {key, section} and value != _default_of(key, self.kind):
-                set_dotted(document, key, lists(value), self.name)
+        for group, part in self.sections.items():
+            for key, value in self._document[group].items():
+                asked = group in names or f"{group}.{key}" in names
+                if asked and value != _default_of(type(part), key):
+                    document.setdefault(group, {})[key] = value
+        for name, value in self.kind.part.retired.items():
+            group, _, key = name.partition(".")
+            if (group in names or name in names) and value != _default_of(all_keys()[name], key):
+                document.setdefault(group, {})[key] = value
         return document
 
     def only(self, document: Mapping[str, Any], keys: Iterable[str]) -> Scene:
@@ -357,11 +359,20 @@ def _made(
     return made
 
 
-def _default_of(key: str, kind: Kind) -> Any:
-    """Return the default in the field of a key; None where it has none."""
-    section, _, name = key.partition(".")
-    described = kind.sections[section] if kind.has(key) else all_keys()[key]
-    return lists(described.model_fields[name].default)
+def _default_of(described: type[Section], key: str) -> Any:
+    """Return the default in the field of a key; a key without one equals nothing that this returns."""
+    return lists(described.model_fields[key].default)
+
+
+def _require_kind(
+    kind: Kind, keys: Iterable[str], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
+) -> None:
+    """Refuse keys that a kind does not have, and a yarn or values from before that it would leave out."""
+    _require_all_of_yarn(kind, yarn, where)
+    _require_same_problem(kind, before, where)
+    for key in keys:
+        if not kind.has(key):
+            raise ConfigurationError(f"{where}: {not_of_kind(kind, key)}")
 
 
 def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> None:

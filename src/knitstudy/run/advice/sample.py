@@ -92,7 +92,7 @@ class Inputs:
     def of(cls, scene: Scene) -> Self:
         """Return the inputs of the knit of a scene."""
         pattern, d, load = scene.value("pattern"), scene.yarn.diameter, scene.value("load")
-        friction, endless = scene.kind.interaction.friction, scene.specimen == "cell"
+        endless = scene.specimen == "cell"
         course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
         peirce = 2 * course + wale + PEIRCE
         return cls(
@@ -101,7 +101,7 @@ class Inputs:
             (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
             load.strain,
-            friction(scene.value("contact")) if friction else 0.0,
+            scene.friction if scene.kind.interaction.touches else 0.0,
             1 if endless else pattern.loops,
             1 if endless else pattern.rows,
             load.deformation if endless else load.direction,

@@ -81,28 +81,28 @@ class Springs(SpatialJoints):
         return self
 
 
-class TiedSpatialNetwork(Knit):
-    """Spatial networks of knits whose yarns are tied."""
-
+class _SpatialNetwork(Knit):
     specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS
-    touches = False
 
     mesh: BeamMesh = section()
     gates: BeamGates = section()
+
+
+class TiedSpatialNetwork(_SpatialNetwork):
+    """Spatial networks of knits whose yarns are tied."""
+
+    touches = False
+
     tie: Tie = section()
     rom: SpatialJoints = section()
 
 
-class SpatialNetwork(Knit):
+class SpatialNetwork(_SpatialNetwork):
     """Spatial networks of knits whose yarns touch."""
 
-    specimens = ("cut_knit", "knit")
-    retired: ClassVar = OF_SOLIDS
     touches = True
 
-    mesh: BeamMesh = section()
-    gates: BeamGates = section()
     rom: Springs = section()
 
 
