@@ -334,7 +334,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
     scene, _ = scenes_of(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene))
     title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
-    return page_of(deformed(scene, geometry, history), title, CORNERS)
+    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS)
 
 
 # ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's

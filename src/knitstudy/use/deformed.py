@@ -10,11 +10,11 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -28,7 +28,6 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import motion
 from knitstudy.use.solids import (
     BAR,
@@ -42,11 +41,10 @@ from knitstudy.use.solids import (
     tube,
 )
 from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, styled
-from knitstudy.use.vtu import write_deformed
+from knitstudy.use.vtu import SHIFTED
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from meshio import Mesh
 
 VIEW = View.orbit(18.0, 28.0)
 COLOURS = colormaps["viridis"]
@@ -88,27 +86,27 @@ class Deformed:
 
 
 def deformed(
-    scene: Scene,
     geometry: xr.Dataset,
     history: xr.Dataset,
-    mesh: xr.Dataset | None = None,
+    radius: float,
     colour: str = "u_z",
+    solids: Callable[[], Mesh] | None = None,
 ) -> Deformed:
     """Return the deformed yarns of a history, coloured by one of `NAMES`.
 
     Parameters
     ----------
-    scene : Scene
-        Scene of the history.
     geometry : Dataset
         Undeformed yarns, the result of the stage geometry.
     history : Dataset
         History of any model.
-    mesh : Dataset, optional
-        Mesh of hexahedra, for the colours of `FIELDS`.
+    radius : float
+        Radius of the yarns [m].
     colour : str
         "u_z" [mm], "slip" [mm] or "force" [N] of crossings at all increments; "stress" or "pressure" [MPa] of solids at
         full load.
+    solids : callable, optional
+        Returns the solids of the history (`knitstudy.use.vtu.solids`), for the colours of `FIELDS`.
 
     Raises
     ------
@@ -122,7 +120,8 @@ def deformed(
     course, wale = _lattice(fabric, history, place)
     copies = COPIES if len(fabric.periods) else 1
     if colour in FIELDS:
-        solid = _solids(scene, geometry, history, mesh, colour)
+        assert solids is not None, "colours of solids need solids"
+        solid = _surface_of(solids(), history, colour)
         return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
@@ -133,7 +132,7 @@ def deformed(
         along = np.append(np.tile(own[:-1], copies), own[-1])
         copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
         lines = place[:, along] + copy[:, None] * course[:, None]
-        tubes = [tube(line, scene.yarn.radius, "") for line in lines]
+        tubes = [tube(line, radius, "") for line in lines]
         points.append(np.stack([tube.points for tube in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)
@@ -202,31 +201,21 @@ def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
     )
 
 
-def _solids(
-    scene: Scene, geometry: xr.Dataset, history: xr.Dataset, mesh: xr.Dataset | None, colour: str
-) -> Deformed:
+def _surface_of(solids: Mesh, history: xr.Dataset, colour: str) -> Deformed:
     """Return the surface of solids at full load with a field of their nodes."""
     import pyvista
 
     name, label, scale = FIELDS[colour]
-    if "node_displacement" not in history:
-        raise ConfigurationError(
-            f"colour is {colour!r} but the history holds no fields of solids: run a scene of spline yarns or hexahedra "
-            "with --set outputs=[fields]"
-        )
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "deformed.vtu"
-        write_deformed(scene, path, geometry, mesh, history)
-        grid = pyvista.read(path)
     if colour == "pressure" and "contact_pressure" not in history:
         raise ConfigurationError("colour is 'pressure' but no yarns of the history are in contact")
+    grid: Any = pyvista.from_meshio(solids)
     if name in grid.cell_data:
         grid = grid.cell_data_to_point_data()
     surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface").triangulate()
     if name not in surface.point_data:
         surface[name] = _nearest_pressure(np.asarray(surface.points), history)
     triangles = surface.faces.reshape(-1, 4)[:, 1:]
-    points = np.asarray(surface.points, dtype=float) + np.asarray(surface["displacement [m]"])
+    points = np.asarray(surface.points, dtype=float) + np.asarray(surface[SHIFTED])
     return Deformed(
         points[None],
         np.column_stack([triangles, triangles[:, 2]]),

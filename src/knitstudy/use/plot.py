@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -33,6 +34,7 @@ from knitstudy.use.style import (
     pixels,
     styled,
 )
+from knitstudy.use.vtu import solids
 
 
 def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
@@ -57,7 +59,9 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
         drawing = draw(*(result.history for result in results))
     else:
         (one,) = results
-        drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
+        at_full_load = partial(solids, one.scene, one.geometry, one.mesh, one.history)
+        radius = one.scene.yarn.radius
+        drawing = deformed.draw(deformed.deformed(one.geometry, one.history, radius, colour, at_full_load))
     if axes is not None:
         axes.imshow(pixels(drawing))
         axes.set_axis_off()

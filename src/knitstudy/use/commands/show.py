@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -137,13 +138,15 @@ def _write_pictures(
     """
     from knitstudy.use import deformed
     from knitstudy.use.style import save
+    from knitstudy.use.vtu import solids
 
     formats = ((picture, (".png", ".pdf")), (animation, (".webp",)), (interactive, (".html",)))
     for path, endings in formats:
         if path is not None and path.suffix not in endings:
             raise DataFileError(f"{path}: must end with {' or '.join(endings)}")
     scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
-    knit = deformed.deformed(scene, geometry, history, mesh, colour)
+    at_full_load = partial(solids, scene, geometry, mesh, history)
+    knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
     title = f"{scene.name}, {scene.kind.fidelity.label}"
     if animation is not None and len(knit.strain) < 2:
         raise DataFileError(
