@@ -187,7 +187,7 @@ def _export(name: str, path: str, what: str, outputs: str, **known: Any) -> Stag
     asked = set(outputs.split())
     usual: dict[str, Any] = {
         "reads": keys(*MODEL_KEYS),
-        "code": ("use/deck.py", "use/inp.py", "use/vtu.py", *MODEL),
+        "code": ("use/decks", "use/vtu.py", *MODEL),
         "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
         "needs": SOLIDS,
         "wanted": lambda scene: asked <= set(scene.outputs),

@@ -13,7 +13,7 @@ from knitstudy.measures.reference import made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
-from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
+from knitstudy.use.decks.fabric import SHELL_ENTRIES, section_matrix, shell_entries
 
 # Force per width over strain, free of force in all other components, and Poisson's ratios of both pulls.
 MODULI = (

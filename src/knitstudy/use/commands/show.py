@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import flat
@@ -28,7 +28,8 @@ from knitstudy.run.configuration import default_keys
 if TYPE_CHECKING:
     import xarray as xr
 
-DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
+# Stages that write files for other programs, by what `--dialect` calls them
+DIALECTS = {"abaqus": "deck_abaqus", "calculix": "deck_calculix", "paraview": "series"}
 
 
 @contextmanager
@@ -218,32 +219,26 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
     knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
     """
-    if dialect == "paraview":
-        if changes or not console.is_result(scene):
-            raise click.UsageError("--dialect paraview takes the file of a history (.nc), and no --set")
-        click.echo(f"{_write_series(Path(scene), output)}: all increments of {scene}; m, N, Pa")
-        return
-    from knitstudy.knit.geometry.fabric_file import fabric_of
-    from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
-    from knitstudy.use.deck import hexahedral, specimen_deck
-    from knitstudy.use.inp import write_inp
 
-    chosen = hexahedral(Plan.of(config).labelled(hexahedral(changed_scene(scene, changes, config))))
+    stage, given = STAGES[DIALECTS[dialect]], Path(scene)
+    if "history" in stage.needs:
+        if changes or not console.is_result(scene):
+            raise click.UsageError(f"--dialect {dialect} takes the file of a history (.nc), and no --set")
+        history, path = read_dataset(given), output or given.with_suffix(Path(stage.path_pattern).suffix)
+        chosen, geometry, mesh = console.undeformed(given, history, solids="node_displacement" in history)
+        stage.function(chosen, path, geometry=geometry, history=history, mesh=mesh)
+        click.echo(f"{path}: all increments of {scene}; m, N, Pa")
+        return
+    chosen = changed_scene(scene, changes, config)
+    if not stage.of(chosen):
+        raise ConfigurationError(
+            f"scene {chosen.name!r}: fidelity is {chosen.fidelity} but must be hexahedra for a deck: other programs"
+            " do not have the elements and the contact of other models"
+        )
+    chosen, path = Plan.of(config).labelled(chosen), output or Path(f"{chosen.name}.{dialect}.inp")
     geometry = STAGES["geometry"].function(chosen)
-    mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
-    path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, fabric_of(geometry), mesh)
-    write_inp(deck, path, dialect)
-    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
-
-
-def _write_series(file: Path, output: Path | None) -> Path:
-    """Write the history in a result file as a time series, and return its path."""
-    from knitstudy.use.vtu import write_series
-
-    history, path = read_dataset(file), output or file.with_suffix(".pvd")
-    scene, geometry, mesh = console.undeformed(file, history, solids="node_displacement" in history)
-    write_series(scene, path, geometry, history, mesh)
-    return path
+    mesh = STAGES["mesh"].function(chosen, geometry=geometry)
+    stage.function(chosen, path, geometry=geometry, mesh=mesh)
+    click.echo(f"{path}: the deck of {chosen.name}; m, N, Pa")
