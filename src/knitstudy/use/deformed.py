@@ -40,7 +40,7 @@ from knitstudy.use.solids import (
     scale_bar,
     tube,
 )
-from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, styled
+from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, save, styled
 from knitstudy.use.vtu import SHIFTED
 
 if TYPE_CHECKING:
@@ -76,7 +76,12 @@ class Deformed:
     faces: np.ndarray  # (F, 4) corners of the facets
     values: np.ndarray  # (T, P)
     label: str  # of the values, with their unit
-    strain: np.ndarray  # (T,)
+    history: xr.Dataset  # that holds these increments
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strains (T,) of the increments: all of the history, or the last one."""
+        return self.history["strain"].to_numpy()[-len(self.values) :]
 
     @property
     def scale(self) -> ScalarMappable:
@@ -143,7 +148,7 @@ def deformed(
         np.concatenate(faces),
         values[:, np.concatenate(at)],
         label,
-        history["strain"].to_numpy(),
+        history,
     )
     return _repeated(rows, wale, copies)
 
@@ -197,7 +202,7 @@ def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
         np.concatenate([cell.faces + number * count for number in range(copies)]),
         np.tile(cell.values, (1, copies)),
         cell.label,
-        cell.strain,
+        cell.history,
     )
 
 
@@ -221,7 +226,7 @@ def _surface_of(solids: Mesh, history: xr.Dataset, colour: str) -> Deformed:
         np.column_stack([triangles, triangles[:, 2]]),
         scale * np.asarray(surface[name])[None],
         label,
-        history["strain"].to_numpy()[-1:],
+        history,
     )
 
 
@@ -266,13 +271,22 @@ def _surfaces(knit: Deformed, increment: int) -> list[Surface]:
     return [faint, Surface(points, knit.faces[pressed], "", colours=colours)]
 
 
-def animate(knit: Deformed, path: Path) -> None:
-    """Write the increments, `FRAMES` of them at most, as an animated WebP.
+def write_picture(knit: Deformed, path: Path, title: str) -> None:
+    """Write a picture at full load."""
+    save(draw(knit), [path], {"history": knit.history}, title)
 
-    Raises RenderingError when VTK cannot render on this machine.
+
+def animate(knit: Deformed, path: Path, title: str) -> None:
+    """Write the increments, `FRAMES` of them at most, as an animated WebP, which has no title.
+
+    Raises DataFileError when there is one increment alone, and RenderingError when VTK cannot render on this machine.
     """
     from PIL import Image
 
+    if len(knit.strain) < 2:
+        raise DataFileError(
+            f"{path}: {knit.label} is of full load only; an animation takes the colours u_z, slip or force"
+        )
     frames = []
     for increment in _spread(len(knit.strain), FRAMES):
         drawing = draw(knit, increment)
@@ -335,3 +349,7 @@ def page_of(knit: Deformed, title: str, most: int) -> str:
 
 def _packed(array: np.ndarray) -> str:
     return base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 9)).decode()
+
+
+# Functions that write a knit into a file with a title, by the suffix of the file
+WRITERS = {".png": write_picture, ".pdf": write_picture, ".webp": animate, ".html": write_page}
