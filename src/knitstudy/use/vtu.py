@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -18,6 +17,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
 from knitstudy.errors import ConfigurationError, MeshError
 from knitstudy.files import replacing, write_text
@@ -238,23 +238,24 @@ def _pressure(
     angles = np.unwrap(np.arctan2(*cells.x[cells.rim].T[::-1]))
     angle = angles[0] + np.mod(np.arctan2(x[:, 1], x[:, 0]) - angles[0], 2 * np.pi)
     width = 0.5 * (np.roll(angles, -1) - np.roll(angles, 1)) % np.pi
-    closed, count = np.append(angles, angles[0] + 2 * np.pi), len(angles)
+    closed = np.append(angles, angles[0] + 2 * np.pi)
     pressures = np.zeros(len(cells.yarn))
     for number in np.unique(yarn):
         here = yarn == number
         stations, surface = cells.stations[number], cells.surface(number)
-        row = np.interp(s[here], stations, np.arange(stations.size))
-        column = np.interp(angle[here], closed, np.arange(count + 1))
-        total = np.zeros(surface.shape)
-        first = np.minimum(np.floor(row).astype(int), len(stations) - 2), np.floor(column).astype(int)
-        for i, j in product((0, 1), repeat=2):
-            at = first[0] + i, first[1] + j
-            weight = (1 - np.abs(row - at[0])) * (1 - np.abs(column - at[1]))
-            np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
+        rows, columns = _hats(stations, s[here]), _hats(closed, angle[here]).toarray()
+        columns[:, 0] += columns[:, -1]
+        total = rows.T @ ((pressure * share)[here, None] * columns[:, :-1])
         length = np.gradient(stations)
         length[[0, -1]] *= 0.5
         pressures[surface] = total / (area.take(surface) * length[:, None] * width)
     return pressures
+
+
+def _hats(nodes: Floats, x: Floats) -> Any:
+    """Return the sparse matrix (k, n) that interpolates linearly between nodes (n,) to x (k,)."""
+    knots = np.concatenate([nodes[:1], nodes, nodes[-1:]])
+    return BSpline.design_matrix(np.clip(x, nodes[0], nodes[-1]), knots, 1)
 
 
 # Time series: yarns as lines, crossings with their forces, points in contact, and solids at full load. Points are
