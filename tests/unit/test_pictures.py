@@ -136,6 +136,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     [
         ("red", "must be one of u_z, slip, force, stress, pressure"),
         ("force", "holds only u_z, slip"),
+        ("stress", "no solids are given"),
     ],
 )
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):

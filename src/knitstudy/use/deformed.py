@@ -125,7 +125,10 @@ def deformed(
     course, wale = _lattice(fabric, history, place)
     copies = COPIES if len(fabric.periods) else 1
     if colour in FIELDS:
-        assert solids is not None, "colours of solids need solids"
+        if solids is None:
+            raise ConfigurationError(
+                f"colour is {colour!r} but no solids are given: see knitstudy.use.vtu.solids"
+            )
         solid = _surface_of(solids(), history, colour)
         return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
     values, label = _of_stations(fabric, history, colour)
