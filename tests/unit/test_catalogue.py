@@ -13,8 +13,8 @@ from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
 from knitstudy.registry import load_plugins
-from knitstudy.run.catalogue import FIGURES, TABLES, Displays
-from knitstudy.run.configuration import load_scenes
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
+from knitstudy.run.configuration import CONFIG, load_scenes
 from knitstudy.run.plan import Plan
 
 TOY = """
@@ -83,6 +83,19 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     assert "toy_stiffness" not in alone.names()
     with refusal(r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
         alone.files("toy_stiffness", "out")
+
+
+@pytest.mark.wings
+def test_a_table_is_made_from_another_table(scenes):
+    """Its file is a source, and its digest counts: one simulation less makes both anew."""
+    every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))
+    assert set(every.files("verdicts", "out")) == {"claims", "readings", "findings"}
+    assert every.files("verdicts", "out")["findings"] == "out/tables/findings.csv"
+    assert every.digest("verdicts") == displays(TABLES, scenes, reference_files(CONFIG)).digest("verdicts")
+    assert every.digest("findings") != fewer.digest("findings")
+    assert every.digest("verdicts") != fewer.digest("verdicts")
+    with refusal(r"'verdicts' needs geometry of yarns-tie-course or"):
+        displays(TABLES, [], reference_files(CONFIG)).files("verdicts", "out")
 
 
 STICKY = '''

@@ -19,7 +19,7 @@ if SOURCE.is_dir():
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
-from knitstudy.run.plan import Plan, Step
+from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
 from knitstudy.run.store import Store, digest_or_warning
 from knitstudy.run.configuration import (
@@ -107,8 +107,8 @@ def settled(step):
 
 
 def source(what):
-    """Return the path of a step, or of a file; its time does not count where nothing behind it is to be made."""
-    if not isinstance(what, Step):
+    """Return the path of a result, or of a file; its time does not count where nothing behind it is to be made."""
+    if isinstance(what, Path):
         return ancient(str(what))
     path = f"{RESULTS}/{what.path}"
     return ancient(path) if workflow.is_main_process and settled(what) else path

@@ -139,6 +139,8 @@ class Display:
     results: Mapping[str, Results] = field(default_factory=dict)
     # Other arguments of the function: files by the names of `reference_files`
     files: tuple[str, ...] = ()
+    # Arguments that are other tables of the study, by their names
+    tables: tuple[str, ...] = ()
     # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
     scenes: bool = False
     order: float = inf  # place in the report; figures and tables without a place follow by their names
@@ -149,7 +151,7 @@ class Display:
     def needed(self) -> tuple[str, ...]:
         """Arguments without which it cannot be made."""
         results = [name for name, result in self.results.items() if not result.optional]
-        return (*results, *self.files, *(("scenes",) if self.scenes else ()))
+        return (*results, *self.tables, *self.files, *(("scenes",) if self.scenes else ()))
 
     @property
     def takes(self) -> tuple[str, ...]:
@@ -159,17 +161,17 @@ class Display:
 
 
 def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes with the arguments of a function: arguments that are no results are files."""
+    """Return attributes with the arguments of a function: those that are no results and no tables are files."""
     named = [
         parameter
         for parameter in signature(make).parameters.values()
         if parameter.kind is not parameter.VAR_KEYWORD
     ]
+    others = (*attributes.get("results", ()), *attributes.get("tables", ()), "scenes")
     names = [
         parameter.name
         for parameter in named
-        if parameter.default is parameter.empty
-        and parameter.name not in (*attributes.get("results", ()), "scenes")
+        if parameter.default is parameter.empty and parameter.name not in others
     ]
     scenes = attributes.get("scenes", any(parameter.name == "scenes" for parameter in named))
     return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
@@ -220,7 +222,17 @@ TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
 
 REFERENCE = RESOURCES / "reference"
 
-Source = Step | Path  # A result, or a file of reference
+
+@dataclass(frozen=True)
+class Made:
+    """A table that other displays are made from: its path in the folder of results, and its digest."""
+
+    path: Path
+    digest: str
+    needs: Mapping[str, Step] = field(default_factory=dict)  # none: its digest says all
+
+
+Source = Step | Made | Path  # A result, a table of the study, or a file of reference
 Sources = dict[str, Source | list[Source]]  # of a figure or table by argument, several in a list
 
 
@@ -264,15 +276,22 @@ class Displays:
     @cached_property
     def sources(self) -> dict[str, Sources]:
         """Sources of each figure or table that the study can make."""
-        sources: dict[str, Sources] = {}
-        for name, display in self.catalogue.all().items():
-            known: Sources = {**self.reference}
-            for argument, results in display.results.items():
-                if steps := self._steps(results):
-                    known[argument] = [*steps] if results.several else steps[0]
-            if set(display.needed) <= {*known, "scenes"}:
-                sources[name] = {argument: known[argument] for argument in display.takes if argument in known}
-        return sources
+        found = {name: self._found(display) for name, display in self.catalogue.all().items()}
+        return {name: sources for name, sources in found.items() if sources is not None}
+
+    def _found(self, display: Display) -> Sources | None:
+        """Return the sources of a figure or table; None where the study cannot make it."""
+        known: Sources = {**self.reference}
+        for argument, results in display.results.items():
+            if steps := self._steps(results):
+                known[argument] = [*steps] if results.several else steps[0]
+        for name in display.tables:
+            of_tables = Displays(TABLES, self.plan, self.study.values(), self.reference, self.label)
+            if (sources := of_tables._found(TABLES.find(name))) is not None:
+                known[name] = Made(Path("tables", f"{name}.csv"), of_tables._digest(name, sources))
+        if set(display.needed) <= {*known, "scenes"}:
+            return {argument: known[argument] for argument in display.takes if argument in known}
+        return None
 
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
@@ -287,7 +306,9 @@ class Displays:
         """Return the sources of one; ConfigurationError says which scenes the study lacks for it."""
         display = self.catalogue.find(name)
         if name not in self.sources:
-            results = [result for result in display.results.values() if not result.optional]
+            behind = (display, *map(TABLES.find, display.tables))
+            every = [result for each in behind for result in each.results.values()]
+            results = [result for result in every if not result.optional]
             needed = [result for result in results if not self._steps(result)]
             scenes = ", ".join(f"{result.stage} of {' or '.join(result.names)}" for result in needed)
             raise ConfigurationError(
@@ -301,7 +322,7 @@ class Displays:
         def path(source: Source | list[Source]) -> Any:
             if isinstance(source, list):
                 return [path(each) for each in source]
-            return (Path(folder) / source.path if isinstance(source, Step) else source).as_posix()
+            return (source if isinstance(source, Path) else Path(folder) / source.path).as_posix()
 
         return {argument: path(source) for argument, source in self.sources_of(name).items()}
 
@@ -316,10 +337,13 @@ class Displays:
 
     def digest(self, name: str) -> str:
         """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
+        return self._digest(name, self.sources[name])
+
+    def _digest(self, name: str, sources: Sources) -> str:
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
         code = code_digest("paper", "use", "measures", *MODEL)
-        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name])})
+        return digest({"reads": reads, "code": code, "needs": digests_of(sources)})
 
 
 def digests_of(sources: Sources) -> dict[str, str]:
@@ -328,5 +352,5 @@ def digests_of(sources: Sources) -> dict[str, str]:
     for role, source in sources.items():
         for each in source if isinstance(source, list) else [source]:
             name = f"{role} {each.scene.name}" if isinstance(each, Step) else role
-            digests[name] = each.digest if isinstance(each, Step) else file_digest(each)
+            digests[name] = file_digest(each) if isinstance(each, Path) else each.digest
     return digests
