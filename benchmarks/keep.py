@@ -86,7 +86,8 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     if not scenes:
         message = f"has no simulation of the study {STUDY!r} that is up to date"
         raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
-    tables, figures = (full_study(each, plan, scenes, config) for each in (TABLES, FIGURES))
+    names = [scene.name for scene in scenes]
+    tables, figures = (full_study(each, plan, names, config) for each in (TABLES, FIGURES))
     sources = read_sources(tables.files(FINDINGS, RESULTS).items())
     found = TABLES.make(FINDINGS, **sources, scenes=tables.scenes(FINDINGS))
 

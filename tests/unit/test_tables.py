@@ -13,7 +13,6 @@ from refusals import refusal
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
-from knitstudy.measures.cost import SERIES
 from knitstudy.measures.response import (
     distance_of_curves,
     out_of_plane_correlation,
@@ -22,7 +21,7 @@ from knitstudy.measures.response import (
 )
 from knitstudy.paper.cases import number, numbers
 from knitstudy.paper.report import READERS
-from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
+from knitstudy.paper.square_knits import SERIES, law_of, nodes_2d, nodes_3d
 from knitstudy.paper.tables.table1_table2_contact import (
     AVERAGED,
     READINGS,

@@ -21,7 +21,6 @@ from knitstudy.measures.reference import (
     INTERACTIONS,
     Reference,
     discretisation,
-    is_direct,
     made_of,
     reference_of,
 )
@@ -70,7 +69,7 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 def label_of(scene: Scene) -> str:
     """Return the name of a model among others of its case: its fidelity, and the keys of a variant."""
     name = scene.kind.fidelity.label
-    if is_direct(scene):
+    if scene.kind.direct:
         return f"{name}, {made_of(scene)}"
     section = scene.value("beam.section")
     words = [LAWS.find(section).label if section else None, TIES.get(scene.value("beam.tie"))]
@@ -82,9 +81,9 @@ def label_of(scene: Scene) -> str:
     return ", ".join(filter(None, [name, *words]))
 
 
-def is_plain(scene: Scene) -> bool:
-    """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
-    return (scene.value("beam.section"), scene.value("beam.tie")) == PLAIN
+def plain(beams: Iterable[Simulation]) -> list[Simulation]:
+    """Return the beams that touch at a pair of points between rigid sections, with rigid ties."""
+    return [row for row in beams if (row.scene.value("beam.section"), row.scene.value("beam.tie")) == PLAIN]
 
 
 @dataclass(frozen=True)
@@ -113,7 +112,9 @@ class Case:
     def by_hexahedra(self) -> Simulation | None:
         """The direct simulation with one-point hexahedra, the paper's element, on the finest mesh."""
         direct = (self.dns, *self.others)
-        meshes = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
+        meshes = [
+            model for model in direct if discretisation(model.scene.value("mesh")) == HEXAHEDRA["one_point"]
+        ]
         return min(meshes, key=lambda model: model.scene.value("mesh.size"), default=None)
 
     def name_of(self, model: Simulation) -> str:

@@ -24,10 +24,10 @@ from knitstudy.files import read_table, write_table
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import MEGABYTE, memory_growth
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
 from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
 from knitstudy.run.plan import Plan

@@ -22,9 +22,9 @@ from knitstudy.measures.centre_cell import (
     honeycomb_segments,
     loop_of,
 )
-from knitstudy.measures.cost import memory_growth, series_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS, made_of
+from knitstudy.measures.response import memory_growth
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
@@ -41,7 +41,8 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF
-from knitstudy.paper.sweeps import DIAMETER, HELD, SIZES, SPACING, Sweep, counted_solids, sweeps_of
+from knitstudy.paper.square_knits import SIZES, counted_solids, series_of
+from knitstudy.paper.sweeps import DIAMETER, HELD, SPACING, Sweep, sweeps_of
 from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
@@ -88,7 +89,7 @@ def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
     rows = (evidence.base or evidence).rows
     if PAPERS_MESH not in rows:
         raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene, evidence.paper)[0].unknowns
+    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene.value("mesh"), evidence.paper)[0].unknowns
     three = evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
     thirty = evidence.printed("fig12a", "c30w30 tie", "degrees of freedom")
     name = "degrees of freedom, {0} x {0} cells"
@@ -102,20 +103,17 @@ def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
 @CLAIMS.add("S2")
 def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that memory of knits in contact grows from 3 x 3 to 30 x 30 cells as in Table 3."""
-    series = next(
-        (
-            series
-            for series in series_of(
-                row.scene for row in evidence.rows.values() if "simulation" in row.results
-            )
-            if series.model.startswith(HEXAHEDRA["one_point"]) and series.scenes[0].interaction == "isotropic"
-        ),
-        None,
-    )
-    if series is None:
-        friction = INTERACTIONS["isotropic"]
+    friction = INTERACTIONS["isotropic"]
+    simulated = (row for row in evidence.rows.values() if "simulation" in row.results)
+    of_hexahedra = [
+        series
+        for series in series_of(simulated)
+        if series.model.startswith(HEXAHEDRA["one_point"]) and series.interaction == friction
+    ]
+    if not of_hexahedra:
         raise NotRun(f"the study has no square knits of hexahedra of rising size with {friction}")
-    exponent = series.growth([memory_growth(evidence.rows[scene.name].history) for scene in series.scenes])
+    series = of_hexahedra[0]
+    exponent = series.growth([memory_growth(row.history) for row in series.rows])
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in SIZES]
     # 95 % by Student's t: memory scatters from run to run, and few sizes are fitted
     interval = replace(exponent, uncertainty=float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty)

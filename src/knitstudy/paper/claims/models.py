@@ -10,11 +10,10 @@ import numpy as np
 
 from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
-from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of, transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.cases import REPORTED, Case, amplitude, is_plain, label_of
+from knitstudy.paper.cases import REPORTED, Case, amplitude, label_of, plain
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -270,7 +269,7 @@ def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
 def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
     """Return the ratios `SAVINGS` of a direct simulation to the 3D model: unknowns, memory, processor time."""
     dns, rom = (model.history.attrs for model in (direct, case.main["rom3d"]))
-    memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
+    memory = dns["memory_growth"] / response.memory_growth(case.main["rom3d"].history)
     return dns["dof"] / rom["dof"], memory, dns["processor_seconds"] / rom["processor_seconds"]
 
 
@@ -279,10 +278,9 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     lacking = "the study has no beams in contact beside solids in course tension"
     case = _case(lacking, evidence, "isotropic")
-    plain = [model for model in case.beams if is_plain(model.scene)]
-    if not plain:
+    if not (simplest := plain(case.beams)):
         raise NotRun(lacking)
-    beams, ties = plain[0], plain[0].scene.value("contact.tied_edges")
+    beams, ties = simplest[0], simplest[0].scene.value("contact.tied_edges")
     known, alike = case.reference, case.beams
     same = ties == case.dns.scene.value("contact.tied_edges")
     if same:
