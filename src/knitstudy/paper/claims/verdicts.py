@@ -12,7 +12,7 @@ stays open.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import combinations, product
@@ -22,10 +22,10 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures import response
 from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
 from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
+from knitstudy.paper.columns import FORCE, U_Z
 from knitstudy.run.catalogue import CASES, SOLIDS, of_cases
 
 READING, INPUT = "reading", "input"  # Kinds of readings
@@ -88,7 +88,7 @@ def readings_of(table: pd.DataFrame) -> list[Reading]:
 # ---- Findings: every claim judged under every reading, once
 
 BASE = Reading().name
-OF_DIRECT = (response.FORCE, response.LARGEST_U_Z)  # Shown of the direct simulations of a reading
+OF_DIRECT = (FORCE, U_Z)  # Shown of the direct simulations of a reading
 VALUES = "values"  # In the column of claims: rows hold these quantities and are no claim
 BETWEEN = " | "  # the cells of a row
 
@@ -101,50 +101,38 @@ def findings(evidence: Evidence, readings: pd.DataFrame) -> pd.DataFrame:
     `touched` says whether the reading judges the claim by other numbers than the base. `measured` holds the rows of the
     claim, one a line: quantity, value of this study, value of the paper, grade.
     """
-    usual = judgements(evidence)
-    rows = [*_rows(BASE, "", evidence, usual, usual)]
-    for made, other in evidence.again.items():
-        rows += _rows(BASE, made, other, judgements(other), usual)
+    judged_by = [(BASE, "", evidence), *((BASE, made, other) for made, other in evidence.again.items())]
     for reading in readings_of(readings)[1:]:
         if own := reading.evidence(evidence):
-            rows += _rows(reading.name, "", own, judgements(own), usual)
+            judged_by.append((reading.name, "", own))
+    rows: list[dict[str, Any]] = []
+    usual: dict[str, Judgement] = {}
+    for name, made, each in judged_by:
+        head = {"reading": name, "discretisation": made}
+        for claim in CLAIMS.names():
+            judged = judge(claim, each)
+            row = {
+                "claim": claim,
+                "verdict": judged.verdict,
+                "touched": judged != usual.setdefault(claim, judged),
+                "margin": "" if judged.verdict == NOT_RUN else margin_of(judged.rows),
+                "note": judged.note,
+                "measured": _lines((row.quantity, row.ours, row.paper, row.grade) for row in judged.rows),
+            }
+            rows.append(head | row)
+        rows.append(head | {"claim": VALUES, "touched": False, "measured": _lines(_values(each))})
     return pd.DataFrame(rows)
 
 
-def judgements(evidence: Evidence) -> dict[str, Judgement]:
-    """Return the judgement of every claim."""
-    return {claim: judge(claim, evidence) for claim in CLAIMS.names()}
+def _values(evidence: Evidence) -> Iterator[tuple[str, str]]:
+    """Yield the quantities `OF_DIRECT` of the direct simulations, by column."""
+    for column, kind in product(OF_DIRECT, INTERACTIONS):
+        value = evidence.row(kind)[column] if kind in evidence.direct else nan
+        yield f"{column.name}, {INTERACTIONS[kind]} [{column.unit}]", str(value)
 
 
-def _rows(
-    reading: str,
-    made: str,
-    evidence: Evidence,
-    judgements: Mapping[str, Judgement],
-    usual: Mapping[str, Judgement],
-) -> Iterator[dict[str, Any]]:
-    head = {"reading": reading, "discretisation": made}
-    for claim, judged in judgements.items():
-        cells = [(row.quantity, row.ours, row.paper, row.grade) for row in judged.rows]
-        yield head | {
-            "claim": claim,
-            "verdict": judged.verdict,
-            "touched": judged != usual[claim],
-            "margin": "" if judged.verdict == NOT_RUN else margin_of(judged.rows),
-            "note": judged.note,
-            "measured": "\n".join(map(BETWEEN.join, cells)),
-        }
-    lines = [(name, str(value)) for name, value in _values(evidence)]
-    yield head | {"claim": VALUES, "touched": False, "measured": "\n".join(map(BETWEEN.join, lines))}
-
-
-def _values(evidence: Evidence) -> Iterator[tuple[str, float]]:
-    """Yield the quantities `OF_DIRECT` of the direct simulations at full load, by column."""
-    for quantity, kind in product(OF_DIRECT, INTERACTIONS):
-        unit, values = response.QUANTITIES[quantity]
-        history = evidence.row(kind).history if kind in evidence.direct else None
-        value = nan if history is None else float(values(history, history)[-1])
-        yield f"{quantity}, {INTERACTIONS[kind]} [{unit}]", value
+def _lines(rows: Iterable[tuple[str, ...]]) -> str:
+    return "\n".join(map(BETWEEN.join, rows))
 
 
 def cells_of(measured: str) -> list[list[str]]:

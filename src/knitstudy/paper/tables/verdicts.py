@@ -33,7 +33,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
     """Return every claim of the paper with its rule, the measured rows, and the verdict, which is computed.
 
     The columns `quantity`, `ours` and `paper` hold the first row of the claim. The column `measured` holds all rows,
-    one row a line: quantity, value of this study, value of the paper, grade.
+    one row a line: quantity, value of this study, value of the paper, grade. Columns that rows of the rules have beside
+    those named here come last.
 
     Raises ConfigurationError when a claim has no rule.
     """
@@ -47,7 +48,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
     rules = zip(claims["id"], claims["uncertainty"], strict=True)
     concluded = [found.conclude(claim, uncertainty, findings, under) for claim, uncertainty in rules]
     columns = pd.DataFrame(concluded, index=claims.index).to_dict("series")
-    return claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)[COLUMNS]
+    table = claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)
+    return table[[*COLUMNS, *(name for name in table if name not in COLUMNS)]]
 
 
 @TABLES.add("readings", "Claims under every reading of the paper", tables=FINDINGS, order=16)
