@@ -121,6 +121,24 @@ class Case:
         """Return the name of a model: "DNS" of the main direct simulation."""
         return "DNS" if model is self.dns else label_of(model.scene)
 
+    # What tables, figures and claims say of a model beside the reference, at the largest strain that both reach
+
+    def ratio(self, model: Simulation) -> Estimate:
+        """Return the force, and so the secant stiffness, over the reference's."""
+        return self.reference.force_ratio(model.history)
+
+    def distance(self, model: Simulation) -> Estimate:
+        """Return the L2 distance of the force to the reference, relative."""
+        return self.reference.force_distance(model.history)
+
+    def amplitude(self, model: Simulation) -> Estimate:
+        """Return the root mean square of u_z over the reference's."""
+        return self.reference.ratio(model.history, response.RMS_U_Z, model[RMS_U_Z])
+
+    def shape(self, model: Simulation) -> float:
+        """Return the correlation of u_z, whose shape has no reference, with the direct simulation."""
+        return response.out_of_plane_correlation(model.history, self.dns.history)
+
 
 def cases_of(rows: Rows, reference: pd.DataFrame) -> Iterator[Case]:
     """Yield the cases of which there is a direct simulation."""
@@ -156,20 +174,10 @@ COMPARED = [
 
 
 def comparison(model: Simulation, case: Case) -> dict[str, float]:
-    """Return the response of a model at its largest strain and its distance from the reference (`COMPARED`).
-
-    Ratios are at the largest strain of the reference that the history reaches; the shape of u_z, which has no
-    reference, is compared with the direct simulation of the case.
-    """
-    ratio, distance = case.reference.force_ratio(model.history), case.reference.force_distance(model.history)
+    """Return the response of a model at its largest strain and its distance from the reference (`COMPARED`)."""
+    ratio, distance, amplitude = (of(model) for of in (case.ratio, case.distance, case.amplitude))
     values = [model[STRAIN], model[FORCE], model[SECANT], *astuple(ratio), *astuple(distance), model[U_Z]]
-    shape = response.out_of_plane_correlation(model.history, case.dns.history)
-    return dict(zip(COMPARED, [*values, *astuple(amplitude(model, case)), shape], strict=True))
-
-
-def amplitude(model: Simulation, case: Case) -> Estimate:
-    """Return the root mean square of u_z over the reference's."""
-    return case.reference.ratio(model.history, response.RMS_U_Z, model[RMS_U_Z])
+    return dict(zip(COMPARED, [*values, *astuple(amplitude), case.shape(model)], strict=True))
 
 
 # Cases of the paper's Table 5 by fidelity, in its order.

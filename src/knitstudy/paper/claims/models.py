@@ -13,7 +13,7 @@ from knitstudy.measures import response
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of, transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.cases import REPORTED, Case, amplitude, label_of, plain
+from knitstudy.paper.cases import REPORTED, Case, label_of, plain
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -43,16 +43,16 @@ def forces(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the force of the 3D model is much closer to the reference than that of the 2D model, in all cases."""
 
     def judge(case: Case) -> Iterator[Row]:
-        near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
-        distance = case.reference.force_distance
-        ratio = distance(near).value / distance(far).value
+        near, far = (case.main[name] for name in ("rom3d", "rom2d"))
+        ratio = case.distance(near).value / case.distance(far).value
         margin = 1 / (MUCH * ratio) if ratio > 0 else np.inf
-        closer, much = (case.reference.nearer(near, far, share) for share in (1.0, 1 / MUCH))
+        histories = near.history, far.history
+        closer, much = (case.reference.nearer(*histories, share) for share in (1.0, 1 / MUCH))
         yield holds("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer", closer, much, margin)
-        yield Row("3D ROM", f"{distance(near)}")
-        yield Row("2D ROM", f"{distance(far)}")
+        yield Row("3D ROM", f"{case.distance(near)}")
+        yield Row("2D ROM", f"{case.distance(far)}")
         for direct in (case.dns, *case.others):
-            yield Row(f"DNS of {made_of(direct.scene)}", f"{distance(direct.history)}")
+            yield Row(f"DNS of {made_of(direct.scene)}", f"{case.distance(direct)}")
 
     yield from _in_cases(evidence, judge, f"much closer: {1 / MUCH:g} times the distance or less")
 
@@ -63,8 +63,9 @@ def agreement(evidence: Evidence, word: str, bar: float) -> Iterator[Row | Remar
     """Yield that the force of the 3D model is comparable (R8) to the reference, or in good agreement (R7)."""
 
     def judge(case: Case) -> Iterator[Row]:
-        distance = case.reference.force_distance(case.main["rom3d"].history)
-        yield at_most("distance of the 3D ROM", distance, word, bar, sense=COMPARABLE - 1)
+        yield at_most(
+            "distance of the 3D ROM", case.distance(case.main["rom3d"]), word, bar, sense=COMPARABLE - 1
+        )
 
     yield from _in_cases(evidence, judge, f"{word}: a relative distance of F(strain) of at most {bar:g}")
 
@@ -74,11 +75,11 @@ def out_of_plane(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that in course tension the 3D model's u_z has the reference's size and the DNS's shape; 2D has none."""
 
     def judge(case: Case) -> Iterator[Row]:
-        shape = response.out_of_plane_correlation(case.main["rom3d"].history, case.dns.history)
+        spatial, planar = case.main["rom3d"], case.main["rom2d"].history
+        shape = case.shape(spatial)
         yield at_least("correlation of u_z", shape, "captured", SAME_SHAPE, sense=0.0, text=f"{shape:.2f}")
-        size, name = amplitude(case.main["rom3d"], case), "amplitude of u_z over the reference's"
+        size, name = case.amplitude(spatial), "amplitude of u_z over the reference's"
         yield comparable(name, size, 1.0, f"{size}", "captured", direction=size.above(0.0))
-        planar = case.main["rom2d"].history
         flat = case.reference.ratio(planar, response.LARGEST_U_Z, response.out_of_plane(planar))
         yield at_most("largest |u_z| over the reference's, 2D ROM", flat, "none", NONE_AT_ALL)
 

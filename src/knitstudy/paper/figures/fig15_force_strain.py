@@ -118,7 +118,7 @@ def draw_variants(every: Datasets, scenes: Scenes, reference: pd.DataFrame, **fi
     for axes in places[1:]:
         axes.sharex(places[0])
     for case, model in others:
-        ratio = case.reference.force_ratio(model.history)
+        ratio = case.ratio(model)
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
         look = WAYS[case.direction] | {"label": f"{case.direction} tension", "xerr": ratio.uncertainty}

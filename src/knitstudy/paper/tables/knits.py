@@ -15,7 +15,6 @@ from knitstudy.measures import response
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, made_of
-from knitstudy.measures.response import allowed_penetration, hourglass_share, ledger_gap, penetration
 from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, plain
 from knitstudy.paper.columns import (
     CONTRACTION,
@@ -176,57 +175,51 @@ CHECKED = {
 }
 
 
+TIES = (
+    ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
+    ("radius of the ties", "m", "tie_radius"),
+    ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
+    ("tied nodes", "1", "tie_nodes"),
+    ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
+)  # attributes that some histories have
+
+
 def tabulate_checks(dns: xr.Dataset, scenes: Scenes) -> pd.DataFrame:
     """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
-    rows = [*_ties(dns), *_solution(dns, scenes["dns"].solver)]
-    if "smallest_gap" in dns:
-        rows += _contact(Simulation(scenes["dns"], {"simulation": dns}))
-    return pd.DataFrame(
-        [(name, unit, float(value), *(bar or [np.nan])) for name, unit, value, *bar in rows],
-        columns=["quantity", "unit", "value", "bar"],
-    )
+    rows = [
+        (name, unit, float(value), *(bar or [np.nan]))
+        for name, unit, value, *bar in _checks(dns, scenes["dns"].solver)
+    ]
+    return pd.DataFrame(rows, columns=["quantity", "unit", "value", "bar"])
 
 
 for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
     TABLES.add(name, title, results={"dns": solid("simulation", case)}, order=order)(tabulate_checks)
 
 
-def _ties(dns: xr.Dataset) -> Iterator[tuple[Any, ...]]:
-    """Yield quantity, unit and value."""
-    for name, unit, attribute in (
-        ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
-        ("radius of the ties", "m", "tie_radius"),
-        ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
-        ("tied nodes", "1", "tie_nodes"),
-        ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
-    ):
-        if attribute in dns.attrs:
-            yield name, unit, dns.attrs[attribute]
+def _checks(dns: xr.Dataset, bars: Newton) -> Iterator[tuple[Any, ...]]:
+    """Yield quantity, unit and value, and a bar of some: of the ties, of the solution, of contact."""
+    yield from ((name, unit, dns.attrs[each]) for name, unit, each in TIES if each in dns.attrs)
     yield "tied area of a crossing, smallest", "m2", dns["tied_area"].min()
     yield "tied area of a crossing, largest", "m2", dns["tied_area"].max()
-
-
-def _solution(dns: xr.Dataset, bars: Newton) -> Iterator[tuple[Any, ...]]:
-    """Yield quantity, unit and value, and a bar of some."""
     yield "largest residual over mean internal force", "1", dns["residual"].max(), bars.residual_tolerance
     yield "largest last correction over element size", "1", dns["correction"].max(), bars.correction_tolerance
-    yield "Newton iterations", "1", dns["newton_iterations"].sum()
-    yield "Krylov iterations", "1", dns["krylov_iterations"].sum()
+    yield NEWTON.name, NEWTON.unit, NEWTON.function(dns)
+    yield KRYLOV.name, KRYLOV.unit, KRYLOV.function(dns)
     yield "set-ups of the preconditioner", "1", dns.attrs["linear_setups"]
-    yield "largest gap of the energy ledger over external work", "1", ledger_gap(dns), LEDGER
-    yield "largest hourglass over internal energy", "1", hourglass_share(dns), HOURGLASS
-
-
-def _contact(row: Simulation) -> Iterator[tuple[Any, ...]]:
-    dns, energy = row.history, row.history["energy"][-1]
+    yield "largest gap of the energy ledger over external work", "1", response.ledger_gap(dns), LEDGER
+    yield "largest hourglass over internal energy", "1", response.hourglass_share(dns), HOURGLASS
+    if "smallest_gap" not in dns:
+        return
     what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
-    yield f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)
+    yield f"deepest {what}", "m", response.penetration(dns), response.allowed_penetration(dns)
     yield "augmentations", "1", dns["augmentations"].sum()
+    energy = dns["energy"][-1]
     friction = energy.sel(form="friction") / energy.sel(form="external")
     yield "friction over external work at full load", "1", friction
-    largest = hourglass_share(dns, "stabilisation")
+    largest = response.hourglass_share(dns, "stabilisation")
     yield "largest stabilisation over internal energy", "1", largest, STABILISATION
-    yield STABILISED.name, STABILISED.unit, row[STABILISED], STABILISATION_AT_END
+    yield STABILISED.name, STABILISED.unit, STABILISED.function(dns), STABILISATION_AT_END
 
 
 # ---- Models and the reference, and interactions

@@ -188,7 +188,7 @@ def _row(
     fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame
 ) -> dict[str, Any]:
     history, cost, dns = model.history, model.history.attrs, first.history.attrs
-    ratio = case.reference.force_ratio(history)
+    ratio = case.ratio(model)
     values = {
         "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
