@@ -25,6 +25,7 @@ from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
+from knitstudy.run.sources import Source
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -282,54 +283,6 @@ def check_together(
                 differs = f"{name} is {value!r}, there {there.get(name)!r}"
                 message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
                 raise ConfigurationError(f"{where}: {message}; scenes of one knit share its geometry")
-        for source in scene.kind.fidelity.sources:
-            check_source(scene, source, scenes, where)
-
-
-SHARED = {
-    "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
-    "rom.springs_from": ("knit", "interaction"),
-}
-"""Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
-
-SPRINGS = (
-    "yarn.diameter",
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "contact.friction",
-    "load.strain",
-)
-"""Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
-
-
-def gives_springs(scene: Scene, source: str) -> bool:
-    """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
-    joints = scene.value("rom")
-    if joints is None or scene.value("rom.axes") is None or joints.stiffness:
-        return False
-    return source == f"rom.{'springs' if joints.springs_from else 'contacts'}_from"
-
-
-def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
-    """Check that a key names a direct simulation, and one that goes with the scene.
-
-    Raises ConfigurationError, naming the other scene and the key that both have to share.
-    """
-    name = scene.value(source)
-    if name is None:
-        return
-    if name not in scenes or not scenes[name].kind.direct:
-        direct = sorted(other.name for other in scenes.values() if other.kind.direct)
-        message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
-        raise ConfigurationError(f"{where}: {message}")
-    if source == "rom.stress_from" and "fields" not in scenes[name].outputs:
-        wanted = "must name a scene whose outputs hold fields, which stresses come from"
-        raise ConfigurationError(f"{where}: {source} is {name!r} but {wanted}")
-    for shared in dict.fromkeys(
-        (*SHARED.get(source, ("knit",)), *(SPRINGS if gives_springs(scene, source) else ()))
-    ):
-        here, there = scene.value(shared), scenes[name].value(shared)
-        if here is not None and here != there:
-            wanted = f"{there!r} as in {source}, {name!r}"
-            raise ConfigurationError(f"{where}: {shared} is {here!r} but must be {wanted}")
+        for key in filter(scene.value, scene.kind.fidelity.sources):
+            source = Source(scene, key, where)
+            source.check(source.among(scenes))

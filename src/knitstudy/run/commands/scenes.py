@@ -212,7 +212,7 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
 
 def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
-    from knitstudy.run.cost import expected_memory, expected_seconds
+    from knitstudy.run.cost import expected_cost
 
     size, less = (
         f"{knit.value('pattern.loops')} x {knit.value('pattern.rows')}" for knit in (problem, small)
@@ -220,10 +220,10 @@ def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) ->
     click.echo(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )
-    wholes = [(setting, problem.vary(setting.keys)) for setting in settings]
+    costs = [expected_cost(problem.vary(setting.keys)) for setting in settings]
     rows = [
-        (setting.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * setting.error))
-        for setting, whole in wholes
+        (setting.name, digits(cost.seconds), cost.memory, digits(100 * setting.error))
+        for setting, cost in zip(settings, costs, strict=True)
     ]
     print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
