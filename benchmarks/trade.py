@@ -28,7 +28,8 @@ from knitstudy.files import read_table, write_table, write_text
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
-from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
+from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
 from knitstudy.run.trade import code_of, collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
@@ -83,20 +84,19 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         fresh = False
         for case in (each for each in trade.cases() if trade.settings_of(each, number)):
             inputs = trade.drawn(case, point)
-            problem = problems[knit, case] = trade.scene(case, inputs, f"{knit}-{case}")
+            name = f"{knit}-{case}"
+            problem = problems[knit, case] = Problem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
-                if not applies(problem, keys):
+                if setting not in problem.settings:
                     continue
-                code = code_of(problem, keys)
-                path = folder / f"{problem.name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
+                code = code_of(problem, setting)
+                path = folder / f"{name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
                 if anew or not path.is_file():
                     shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, setting, keys, trade.limit, SCRATCH) | {"code": code}
+                    record = run(problem, setting, SCRATCH) | {"code": code}
                     write_text(json.dumps(record), path)
-                    print(
-                        f"{problem.name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s"
-                    )
+                    print(f"{name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
                     fresh = True
                 records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
                 other += records[knit, case][-1]["code"] != code

@@ -14,8 +14,9 @@ from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
-from knitstudy.run.advice import ERROR, applies
-from knitstudy.run.advice.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
+from knitstudy.run.advice import ERROR
+from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.sample import Case, Quantile, load_trade
 from knitstudy.run.configuration import problem_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
@@ -86,16 +87,16 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
     for case in trade.cases():
         for point in islice(trade.points(), 8):
             inputs = trade.drawn(case, point)
-            scene = trade.scene(case, inputs)
-            assert trade.outside(scene) == ""
-            assert same_knit(scene) == same_knit(scene.scaled(1e-3, 1e6))
-            assert trade.case_of(scene) == case
-            there = Inputs.of(scene)
+            problem = Problem(trade.scene(case, inputs), trade)
+            assert problem.outside == ""
+            assert problem.knit == Problem(problem.scene.scaled(1e-3, 1e6), trade).knit
+            assert problem.case == case
+            there = problem.inputs
             assert (there.course, there.wale) == pytest.approx((inputs.course, inputs.wale))
             if case.specimen == "cut_knit":
-                cell = endless(scene)
-                assert Inputs.of(cell).direction == inputs.direction
-                assert trade.case_of(cell) == replace(case, specimen="cell")
+                cell = problem.endless()
+                assert cell.inputs.direction == inputs.direction
+                assert cell.case == replace(case, specimen="cell")
 
 
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
@@ -114,10 +115,9 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
 
 
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
-    cell, beams = Case("cell", "touching"), trade.settings_of(Case("cell", "touching"))["beams"]
     point = next(trade.points())
-    taken = [applies(trade.scene(cell, replace(point, friction=each)), beams) for each in (0.3, np.inf)]
-    assert taken == [True, False]
+    cells = [trade.scene(Case("cell", "touching"), replace(point, friction=each)) for each in (0.3, np.inf)]
+    assert ["beams" in Problem(cell, trade).settings for cell in cells] == [True, False]
 
 
 def values(records):
@@ -190,8 +190,8 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
         raise end if end else os.kill(os.getpid(), signal.SIGXCPU)
 
     monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
-    problem = trade.scene(case, next(trade.points()))
-    record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
+    hasty = trade.model_copy(update={"limit": 60})
+    record = run(Problem(trade.scene(case, next(trade.points())), hasty), "yarns2", tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})
 
@@ -206,8 +206,8 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     """A record a run, kept when killed; those of other code are named. Every fourth knit has degree 4."""
     ran = []
 
-    def run(problem, setting, keys, limit, folder):
-        ran.append(f"{problem.name} {setting}")
+    def run(problem, setting, folder):
+        ran.append(f"{problem.scene.name} {setting}")
         if len(ran) == 50:
             raise KeyboardInterrupt
         return record(setting, 1.0)

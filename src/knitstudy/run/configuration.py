@@ -24,6 +24,7 @@ from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaul
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 from knitstudy.run.sources import Source
 
@@ -200,7 +201,9 @@ def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Cho
     return choose(problem, ask, where)
 
 
-def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, Requirements, str]:
+def asked_of(
+    name: str, changes: Mapping[str, Any], config: Path = CONFIG
+) -> tuple[Problem, Requirements, str]:
     """Return the physical problem of a scene with changed keys, its question, and the beginning of messages."""
     problem, keys, where = problem_of(name, changes, config)
     wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
@@ -209,7 +212,7 @@ def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tu
 
 def problem_of(
     name: str, changes: Mapping[str, Any], config: Path = CONFIG
-) -> tuple[Scene, dict[str, Any], str]:
+) -> tuple[Problem, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}

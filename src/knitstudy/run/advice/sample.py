@@ -19,9 +19,9 @@ from pydantic import Field
 
 from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.knit.scene.documents import CONFIG, read_yaml
-from knitstudy.knit.scene.keys import Count, Section, declared, lists, validated
+from knitstudy.knit.scene.keys import Count, Section, declared, validated
 from knitstudy.knit.scene.kinds import MODELS
-from knitstudy.knit.scene.scene import Scene, digest, set_dotted
+from knitstudy.knit.scene.scene import Scene, set_dotted
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -30,7 +30,7 @@ UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
 SMALL, LARGE = "small", "large"  # Strains: every knit is computed to one of both ranges
 
-KEYS = {
+INPUT_KEYS = {
     "course": "pattern.course_spacing",
     "wale": "pattern.wale_spacing",
     "length": "pattern.loop_length",
@@ -51,23 +51,6 @@ OF_CONTACT = ("friction", "edges")
 OF_KNIT = {"loops": 1, "rows": 1, "edges": "none"}
 """Inputs that an endless knit does not have, and the values that stand for them."""
 
-OVER = {
-    "course": " over yarn.diameter",
-    "wale": " over yarn.diameter",
-    "length": " over that of Peirce's loop",
-}
-
-FREE = {
-    *KEYS.values(),
-    "yarn.diameter",
-    "yarn.youngs_modulus",
-    "load.deformation",
-    "geometry.alpha",
-    "geometry.free",
-}
-"""Physical keys whose values may differ from the sample: inputs stand for them, results scale with them, or they do
-not concern a loop without control points."""
-
 PEIRCE = 5.94  # Peirce's loop: 2 course spacings + wale spacing + so many diameters of yarn
 DIAMETER = 1e-3  # of all knits of the sample [m]: no result depends on it
 
@@ -87,27 +70,6 @@ class Inputs:
     direction: str
     lateral: str
     edges: str
-
-    @classmethod
-    def of(cls, scene: Scene) -> Self:
-        """Return the inputs of the knit of a scene."""
-        pattern, d, load = scene.value("pattern"), scene.yarn.diameter, scene.value("load")
-        endless = scene.specimen == "cell"
-        course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
-        peirce = 2 * course + wale + PEIRCE
-        return cls(
-            course,
-            wale,
-            (pattern.loop_length or peirce * d) / (peirce * d),
-            scene.yarn.poisson_ratio,
-            load.strain,
-            scene.friction if scene.kind.interaction.touches else 0.0,
-            1 if endless else pattern.loops,
-            1 if endless else pattern.rows,
-            load.deformation if endless else load.direction,
-            load.lateral,
-            scene.value("contact.tied_edges") or "none",
-        )
 
     @classmethod
     def of_row(cls, row: Mapping[str, Any]) -> Self:
@@ -192,12 +154,6 @@ class Trade(Section):
         """Return all cases."""
         return [Case(*labels) for labels in product(SPECIMENS, self.settings, (SMALL, LARGE))]
 
-    def case_of(self, scene: Scene) -> Case:
-        """Return the case of a scene."""
-        yarns = TOUCHING if scene.kind.interaction.touches else TIED
-        large = scene.value("load.strain") > self.box["strain"][-1]
-        return Case(scene.specimen, yarns, LARGE if large else SMALL)
-
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
         left_out = self.large.without if case.strains == LARGE else ()
@@ -226,39 +182,6 @@ class Trade(Section):
                 point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
                 yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
-    def outside(self, scene: Scene) -> str:
-        """Return the inputs of a scene that lie outside of the box, in words; an empty text where all lie inside.
-
-        The sample was made with the defaults of the package.
-        """
-        case = self.case_of(scene)
-        if scene.specimen not in SPECIMENS:
-            return f"specimen is {scene.specimen!r}, but models were measured on {' and '.join(SPECIMENS)}"
-        for name, value in asdict(Inputs.of(scene)).items():
-            between, key = self.box[name], KEYS[name]
-            if name == "strain":
-                between = [between[0], self.large.strain[-1]]
-            of_knit = case.specimen == "cell" and name in OF_KNIT
-            if of_knit and key.startswith("pattern.") and (count := scene.value(key)) != 1:
-                return f"{key} is {count}, but models were measured on cells of one loop"
-            if of_knit or (case.yarns == TIED and name in OF_CONTACT) or value == inf:
-                continue
-            if isinstance(value, str) and value not in between:
-                key = "load.deformation" if case.specimen == "cell" and name == "direction" else key
-                return f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
-            if not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (1 + 2e-9):
-                fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
-                return f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
-        here, there = _others(scene), _others(self.scene(case, Inputs.of(scene)))
-        for key, value in here.items():
-            wanted = there.get(key)
-            if wanted is None and value is not None:
-                return f"{key} is set, but models were measured without it"
-            if value != wanted:
-                here_is, there_is = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
-                return f"{key} is {here_is}, but models were measured with {there_is}"
-        return ""
-
     def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
@@ -269,10 +192,10 @@ class Trade(Section):
         values = asdict(inputs) | {of: value * DIAMETER for of, value in lengths.items()}
         values |= OF_KNIT if endless else {}
         keys = {"yarn.diameter": DIAMETER}
-        keys |= {KEYS[of]: value for of, value in values.items() if of not in lacks}
+        keys |= {INPUT_KEYS[of]: value for of, value in values.items() if of not in lacks}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
-            keys.pop(KEYS["edges"], None)
+            keys.pop(INPUT_KEYS["edges"], None)
         document: dict[str, Any] = {"name": name, "knit": name, "fidelity": UNDECIDED, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
         for key, value in keys.items():
@@ -283,32 +206,6 @@ class Trade(Section):
 def load_trade(path: Path = DECLARED) -> Trade:
     """Return the declaration; ConfigurationError names the key, its value and the allowed values."""
     return validated(Trade, read_yaml(path), str(path))
-
-
-def same_knit(scene: Scene) -> str:
-    """Return a digest of all that is physical of a knit, the same at any scale and modulus."""
-    return digest([scene.specimen, scene.interaction, _rounded(asdict(Inputs.of(scene))), _others(scene)])
-
-
-def endless(scene: Scene) -> Scene:
-    """Return a cell of the endless fabric of the same loops under the same strain."""
-    size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": scene.value("load.direction")}
-    return scene.vary({"specimen": "cell", "fidelity": UNDECIDED, "outputs": []} | size)
-
-
-def _others(scene: Scene) -> dict[str, Any]:
-    """Return the physical keys of a knit that no input stands for, over its diameter and Young's modulus."""
-    scaled = scene.scaled(1 / scene.yarn.diameter, 1 / scene.yarn.youngs_modulus)
-    return _rounded({key: value for key, value in scaled.values_of("physics").items() if key not in FREE})
-
-
-def _rounded(value: Any) -> Any:
-    """Return nested values with six digits of every number."""
-    if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.6g}") + 0.0 if isinstance(value, float) else value
 
 
 def _between(ends: list[Any], share: float) -> Any:

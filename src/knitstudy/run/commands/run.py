@@ -109,7 +109,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     if asks(scene, changes, config):
         choice = plan_of(scene, changes, config)
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        click.echo(f"{asked}: take {choice.setting}, {choice.basis}", err=True)
+        click.echo(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 
 
 @click.command()
