@@ -40,7 +40,7 @@ from knitstudy.paper.report import (
 from knitstudy.paper.tables.reference import limits, values_of
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
-from knitstudy.run.plan import Plan
+from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES, physics_digest
 from knitstudy.run.store import Store
 from knitstudy.use.style import save
@@ -91,11 +91,18 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     def sources_of(displays: Displays, name: str) -> dict[str, Any]:
         """Return the sources of a display; several displays in turn take the same hundreds of files."""
         nonlocal read
+
+        def path(source: Any) -> Any:
+            if isinstance(source, list):
+                return [path(each) for each in source]
+            return (RESULTS / source.path if isinstance(source, Step) else source).as_posix()
+
+        paths = {argument: path(source) for argument, source in displays.sources_of(name).items()}
         read = {
             argument: read[argument]
             if read.get(argument, (None,))[0] == files
             else (files, read_sources([(argument, files)])[argument])
-            for argument, files in displays.files(name, RESULTS).items()
+            for argument, files in paths.items()
         }
         return {argument: content for argument, (_, content) in read.items()}
 

@@ -99,7 +99,8 @@ def test_a_key_is_its_section_and_the_code_that_reads_it(added):
 FIGURE = """
 from matplotlib.figure import Figure
 
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.paper.scene_names import solid
+from knitstudy.run.catalogue import FIGURES
 
 
 @FIGURES.add("toy", "A toy", results={"dns": solid("simulation", "tie-course")})

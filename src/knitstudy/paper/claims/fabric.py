@@ -41,8 +41,8 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF
+from knitstudy.paper.scene_names import OTHER_SOLIDS, SOLIDS, of_case
 from knitstudy.paper.sweeps import DIAMETER, HELD, SIZES, SPACING, Sweep, counted_solids, sweeps_of
-from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, of_case
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any

@@ -23,7 +23,7 @@ import pandas as pd
 from knitstudy.errors import DataFileError
 from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED
 from knitstudy.paper.claims.evidence import Evidence, Judgement, decide, evidence_of, judge
-from knitstudy.run.catalogue import CASES, SOLIDS, of_cases
+from knitstudy.paper.scene_names import CASES, SOLIDS, of_cases
 
 READING, INPUT = "reading", "input"  # Kinds of readings
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
