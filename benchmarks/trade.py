@@ -13,15 +13,17 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Mapping
-from dataclasses import asdict
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, replace
 from itertools import islice
-from math import isinf
+from math import floor, inf, isinf
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
+from scipy.stats.qmc import Sobol
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
 from knitstudy.files import read_table, write_table, write_text
@@ -30,7 +32,7 @@ from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
+from knitstudy.run.advice.sample import LARGE, TIED, Case, Inputs, Trade, load_trade
 from knitstudy.run.trade import code_of, collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
@@ -42,13 +44,39 @@ FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; othe
 MOST_TRIED = 20  # Points of the box for each knit of the sample: with fewer loops than that, the box is wrong
 
 
+def points_of(trade: Trade) -> Iterator[Inputs]:
+    """Yield points of the box without end, the same ones every time."""
+    sampler = Sobol(len(trade.box) + 1, seed=trade.seed)
+    while True:
+        for *shares, slips in sampler.random(64):
+            point = {name: _between(trade.box[name], u) for name, u in zip(trade.box, shares, strict=True)}
+            yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
+
+
+def _between(ends: list[Any], share: float) -> Any:
+    """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
+    low, high = ends[0], ends[-1]
+    if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
+        choices = ends if isinstance(low, str) else range(low, high + 1)
+        return choices[min(floor(share * len(choices)), len(choices) - 1)]
+    return float(f"{low + share * (high - low):.4g}")
+
+
+def drawn(trade: Trade, case: Case, point: Inputs) -> Inputs:
+    """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does."""
+    low, high = trade.box["strain"]
+    first, last = trade.large.strain
+    strain = first + (last - first) * (point.strain - low) / (high - low)
+    return replace(point, strain=float(f"{strain:.4g}")) if case.strains == LARGE else point
+
+
 def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:
     """Return the first knits of the sample, a row a point of the box: a point without a loop is replaced by the next.
 
     `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for inputs in islice(trade.points(), MOST_TRIED * first):
+    for inputs in islice(points_of(trade), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
@@ -83,7 +111,7 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         knit, point = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
         fresh = False
         for case in (each for each in trade.cases() if trade.settings_of(each, number)):
-            inputs = trade.drawn(case, point)
+            inputs = drawn(trade, case, point)
             name = f"{knit}-{case}"
             problem = problems[knit, case] = Problem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
@@ -115,7 +143,7 @@ def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     for of_setting, of in table.dropna(subset=[ERROR]).groupby(of_settings, sort=False):
         row = dict(zip(of_settings, of_setting, strict=True))
         row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
-        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
+        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.bound(of[ERROR].to_numpy())}
         rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
     return pd.DataFrame(rows)
 

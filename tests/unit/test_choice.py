@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from refusals import REFUSED, refusal
+from trade import points_of
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
@@ -50,7 +51,7 @@ def made(path, count):
     """Write a table of so many knits, and of one without a reference value."""
     trade, random = load_trade(), np.random.default_rng(1)
     rows = []
-    for number, inputs in enumerate(islice(trade.points(), count)):
+    for number, inputs in enumerate(islice(points_of(trade), count)):
         for (specimen, yarns), settings in MEASURED.items():
             problem = Problem(trade.scene(Case(specimen, yarns), inputs, f"k{number}"), trade)
             scatter = random.uniform(0.95, 1.0)

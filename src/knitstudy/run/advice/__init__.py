@@ -156,15 +156,15 @@ class Promises:
         if self.own:
             error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
             return ModelSetting(name, keys, error, seconds, seconds, memory)
-        scene, quantile = self.problem.scene, self.problem.trade.quantile
-        error = quantile.of([row[ERROR] for row in rows])
+        scene, bound = self.problem.scene, self.problem.trade.bound
+        error = bound([row[ERROR] for row in rows])
         if not isfinite(error):
             return None
         seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
         longer = 1.0
         if stops := scene.value("load.stops"):  # more increments than were measured take as much longer
             longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
-        price = longer * median(seconds), longer * quantile.of(seconds), quantile.of(memory)
+        price = longer * median(seconds), longer * bound(seconds), bound(memory)
         return ModelSetting(name, keys, max(error, SMALLEST), *price)
 
 

@@ -1,16 +1,15 @@
 """The sample of knits that errors and prices of models are measured on: its box, its points, and the model settings.
 
 ``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
-scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching. `Quantile`
-bounds other knits from the box by those of the sample.
+scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
 from itertools import product
-from math import floor, inf, isinf
+from math import inf, isinf
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -91,34 +90,6 @@ class Case:
         return "-".join(filter(None, words)).replace("_", "-")
 
 
-@dataclass(frozen=True)
-class Quantile:
-    """The share of knits that a bound holds for, and the confidence with which it does.
-
-    The k-th smallest of n independent values lies above the quantile p of their population with the probability
-    P(Bin(n, p) <= k - 1), whatever the distribution (Wilks 1941, Annals of Mathematical Statistics 12).
-    """
-
-    coverage: float
-    confidence: float
-
-    def rank(self, count: int) -> int | None:
-        """Return which of so many values, from the smallest (1), is the bound; None where there are too few.
-
-        >>> Quantile(0.90, 0.95).rank(48)
-        47
-        """
-        from scipy.special import bdtr
-
-        certain = bdtr(np.arange(count), count, self.coverage) >= self.confidence
-        return int(np.argmax(certain)) + 1 if certain.any() else None
-
-    def of(self, values: Sequence[float]) -> float:
-        """Return the bound of values (n,), infinite where there are too few or too many are infinite."""
-        rank = self.rank(len(values))
-        return inf if rank is None else float(np.sort(values)[rank - 1])
-
-
 class Large(Section):
     """Large strains, to which every knit of the sample is computed as well."""
 
@@ -145,10 +116,17 @@ class Trade(Section):
         allowed="keys by name, of tied and of touching yarns"
     )
 
-    @property
-    def quantile(self) -> Quantile:
-        """Share of knits in the box that a promise holds for, and its confidence."""
-        return Quantile(self.coverage, self.confidence)
+    def bound(self, values: Sequence[float]) -> float:
+        """Return what the share `coverage` of all knits keeps below, at `confidence`, by the values (n,) of a sample.
+
+        It is infinite where they are too few, or too many are infinite. The k-th smallest of n independent values lies
+        above the quantile p of their population with the probability P(Bin(n, p) <= k - 1), whatever the distribution
+        (Wilks 1941, Annals of Mathematical Statistics 12).
+        """
+        from scipy.special import bdtr
+
+        certain = bdtr(np.arange(len(values)), len(values), self.coverage) >= self.confidence
+        return float(np.sort(values)[certain.argmax()]) if certain.any() else inf
 
     def cases(self) -> list[Case]:
         """Return all cases."""
@@ -164,23 +142,6 @@ class Trade(Section):
             and name not in left_out
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
-
-    def drawn(self, case: Case, point: Inputs) -> Inputs:
-        """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does."""
-        low, high = self.box["strain"]
-        first, last = self.large.strain
-        strain = first + (last - first) * (point.strain - low) / (high - low)
-        return replace(point, strain=float(f"{strain:.4g}")) if case.strains == LARGE else point
-
-    def points(self) -> Iterator[Inputs]:
-        """Yield points of the box without end, the same ones every time."""
-        from scipy.stats.qmc import Sobol
-
-        sampler = Sobol(len(self.box) + 1, seed=self.seed)
-        while True:
-            for *shares, slips in sampler.random(64):
-                point = {name: _between(self.box[name], u) for name, u in zip(self.box, shares, strict=True)}
-                yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
 
     def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case."""
@@ -206,12 +167,3 @@ class Trade(Section):
 def load_trade(path: Path = DECLARED) -> Trade:
     """Return the declaration; ConfigurationError names the key, its value and the allowed values."""
     return validated(Trade, read_yaml(path), str(path))
-
-
-def _between(ends: list[Any], share: float) -> Any:
-    """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
-    low, high = ends[0], ends[-1]
-    if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
-        choices = ends if isinstance(low, str) else range(low, high + 1)
-        return choices[min(floor(share * len(choices)), len(choices) - 1)]
-    return float(f"{low + share * (high - low):.4g}")
