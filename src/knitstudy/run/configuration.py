@@ -86,8 +86,8 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
 
     @cache
     def read(name: str) -> Scene:
-        member = members[name]
-        return plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
+        asks = is_open(members[name].keys)
+        return choose(*asked_of(name, {}, config)).scene if asks else _scene(members[name], defaults)
 
     def first(names: list[str]) -> Scene:
         for name in names[:-1]:
@@ -182,23 +182,19 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     layered_defaults(config)  # a folder without them is no configuration
-    if name in load_families(config) and asks(name, changes, config):
-        return plan_of(name, changes, config).scene
-    return load_scene(name, config).vary(changes)
+    choice = choice_of(name, changes, config)
+    return choice.scene if choice else load_scene(name, config).vary(changes)
 
 
-def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
-    """Return whether a scene with changed keys leaves its model open."""
-    return is_open({**load_families(config)[name].keys, **changes})
-
-
-def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
-    """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
+def choice_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice | None:
+    """Return the model that is chosen for a scene with changed keys; None where neither leaves its model open.
 
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
-    problem, ask, where = asked_of(name, changes, config)
-    return choose(problem, ask, where)
+    members = load_families(config)
+    if name not in members or not is_open({**members[name].keys, **changes}):
+        return None
+    return choose(*asked_of(name, changes, config))
 
 
 def asked_of(

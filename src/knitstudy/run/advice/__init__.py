@@ -7,14 +7,14 @@ knit itself (`OWN`, which ``knitstudy measure`` writes). Reading the scenes repl
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite, isnan
 from operator import attrgetter
 from pathlib import Path
 from statistics import median
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -132,40 +132,21 @@ class Promises:
 
     def settings(self, question: str) -> list[ModelSetting]:
         """Return the model settings that have a promise for a question."""
-        wanted = (str(self.problem.case), question)
-        of_setting: dict[str, list[Mapping[str, Any]]] = {}
-        for row in self.rows:
-            if (row["case"], row["question"]) == wanted:
-                of_setting.setdefault(row["model setting"], []).append(row)
-        settings = []
+        scene, case, settings = self.problem.scene, str(self.problem.case), []
+        bound = max if self.own else self.problem.trade.bound
         for name, keys in self.problem.settings.items():
-            rows = of_setting.get(name, [])
+            of = (case, name, question)
+            rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
             ended = [row for row in rows if isfinite(row[ERROR])]
-            if ended and (setting := self._setting(name, keys, rows, ended)):
-                settings.append(setting)
+            if not ended or not isfinite(error := bound([row[ERROR] for row in rows])):
+                continue
+            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
+            longer = 1.0
+            if (stops := scene.value("load.stops")) and not self.own:  # more increments take as much longer
+                longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
+            price = longer * median(seconds), longer * bound(seconds), bound(memory)
+            settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
         return settings
-
-    def _setting(
-        self,
-        name: str,
-        keys: Mapping[str, Any],
-        rows: list[Mapping[str, Any]],
-        ended: list[Mapping[str, Any]],
-    ) -> ModelSetting | None:
-        """Return a model setting with its promise from the rows of all runs and of those that ended."""
-        if self.own:
-            error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
-            return ModelSetting(name, keys, error, seconds, seconds, memory)
-        scene, bound = self.problem.scene, self.problem.trade.bound
-        error = bound([row[ERROR] for row in rows])
-        if not isfinite(error):
-            return None
-        seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
-        longer = 1.0
-        if stops := scene.value("load.stops"):  # more increments than were measured take as much longer
-            longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
-        price = longer * median(seconds), longer * bound(seconds), bound(memory)
-        return ModelSetting(name, keys, max(error, SMALLEST), *price)
 
 
 @dataclass(frozen=True)
@@ -319,25 +300,16 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
         raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
 
 
-# ---- Pareto fronts: no other point is better in both error and price
+def front(settings: Iterable[ModelSetting]) -> list[ModelSetting]:
+    """Return the Pareto front, from the cheapest setting on: no other setting is as cheap and as accurate.
 
-
-Each = TypeVar("Each")
-
-
-def front(
-    points: Iterable[Each], price: Callable[[Each], float], error: Callable[[Each], float]
-) -> list[Each]:
-    """Return the points that no other is at most as dear as and as accurate, from the cheapest on.
-
-    `price` and `error` are numbers of a point; smaller is better. Errors that differ by less than `ALIKE` count as
-    equal, since they are within the tolerances of the solvers.
+    Errors that differ by less than `ALIKE` count as equal, since they are within the tolerances of the solvers.
     """
-    points_on_front: list[Each] = []
-    for point in sorted(points, key=lambda candidate: (price(candidate), error(candidate))):
-        if not points_on_front or error(point) < (1 - ALIKE) * error(points_on_front[-1]):
-            points_on_front.append(point)
-    return points_on_front
+    best: list[ModelSetting] = []
+    for setting in sorted(settings, key=attrgetter("seconds", "error")):
+        if not best or setting.error < (1 - ALIKE) * best[-1].error:
+            best.append(setting)
+    return best
 
 
 def digits(value: float) -> str:

@@ -32,7 +32,7 @@ from knitstudy.run.commands.console import (
     scene_argument,
     set_option,
 )
-from knitstudy.run.configuration import asks, plan_of, problem_of
+from knitstudy.run.configuration import choice_of, problem_of
 from knitstudy.run.cost import machine_memory
 
 SAYING = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
@@ -104,8 +104,7 @@ def run(
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     """Print the chosen model of a scene that leaves its model open."""
-    if asks(scene, changes, config):
-        choice = plan_of(scene, changes, config)
+    if choice := choice_of(scene, changes, config):
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
         click.echo(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 

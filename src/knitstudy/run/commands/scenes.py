@@ -236,7 +236,7 @@ def _print_plan(choice: Choice) -> None:
     if offer := without_edges(problem, ask):
         click.echo(offer)
     beside, rows = choice.beside, []
-    for option in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
+    for option in front(choice.settings):
         price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
         other = [digits(100 * beside.get(option.name, nan))] if beside else []
         rows.append((option.name, *price, *other, "taken" if option == setting else ""))
