@@ -283,5 +283,4 @@ def check_together(
                 message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
                 raise ConfigurationError(f"{where}: {message}; scenes of one knit share its geometry")
         for key in filter(scene.value, scene.kind.fidelity.sources):
-            source = Source(scene, key, where)
-            source.check(source.among(scenes))
+            Source.of(scene, key, scenes, where).check()

@@ -179,10 +179,9 @@ class Plan:
 
     def named(self, scene: Scene, key: str) -> Scene:
         """Return the direct simulation that a key of a scene names, with the geometry of that scene; see `Source`."""
-        source = Source(scene, key, f"scene {scene.name!r}")
-        other = source.made_for_scene(source.among(self.scenes))
-        source.check(other)
-        return self.labelled(other)
+        source = Source.of(scene, key, self.scenes, f"scene {scene.name!r}").adapted()
+        source.check()
+        return self.labelled(source.other)
 
     def labelled(self, scene: Scene) -> Scene:
         """Return a scene under labels of its own where the configuration gives its labels to other keys.

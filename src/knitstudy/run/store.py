@@ -117,6 +117,8 @@ class Store:
                 raise
             dataset, ended, path = error.history, error, _early(path)
         dataset = described(dataset, step)
+        if ended is None and (fault := fault_of(dataset)):
+            raise DataFileError(f"the {step.stage.name} of {step.scene.name} {fault}: it is not written")
         if path is not None:
             write_dataset(dataset, path, step.scene.name, step.digest)
             if run is not None:
@@ -178,15 +180,10 @@ class Store:
 
 
 def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
-    """Return a dataset with the processor time of all threads; an incomplete history is refused.
-
-    A stage that may go on from a restart file counts its own time.
-    """
+    """Return a dataset with the processor time of all threads; a stage with a restart file counts its own time."""
     started = time.process_time()
     with serial_blas():  # the last bits of its sums depend on its threads
         dataset: xr.Dataset = step.stage.function(step.seen, **given)
-    if fault := fault_of(dataset):
-        raise DataFileError(f"the {step.stage.name} of {step.scene.name} {fault}: it is not written")
     seconds = time.process_time() - started
     return dataset if step.stage.restarts else dataset.assign_attrs(processor_seconds=seconds)
 
@@ -267,12 +264,12 @@ def simulate(
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
+    steps = plan.steps_of(scene)
     store = Store(progress=progress or (lambda label: silent))
     if folder is not None:
         store.folder, store.also = Path(folder), (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
-    steps = plan.steps_of(scene)
     history = store.get(steps["simulation"], anew)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
