@@ -33,7 +33,8 @@ from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import LARGE, TIED, Case, Inputs, Trade, load_trade
-from knitstudy.run.trade import code_of, collect, run
+from knitstudy.run.stages import MODEL, code_digest
+from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
@@ -93,6 +94,11 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     except GeometryError as error:
         return message_of(error)
     return FOUND
+
+
+def code_of(problem: Problem, setting: str) -> str:
+    """Return the digest of the code, and of all keys, behind a run."""
+    return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
 
 
 def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.DataFrame:

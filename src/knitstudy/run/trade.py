@@ -23,7 +23,7 @@ from knitstudy.errors import ConfigurationError, DataFileError, message_of
 from knitstudy.files import read_table, write_table
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
-from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.cost import MEGABYTE, memory_growth
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
@@ -32,7 +32,6 @@ from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Trade
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
@@ -41,11 +40,6 @@ REACHED = 1 - 1e-6  # Share of the strain that a history has to reach
 
 Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
-
-
-def code_of(problem: Problem, setting: str) -> str:
-    """Return the digest of the code, and of all keys, behind a run."""
-    return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
 
 
 def run(problem: Problem, setting: str, folder: Path, say: bool = False) -> Record:
