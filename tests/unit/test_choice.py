@@ -37,7 +37,7 @@ TIED = Case("cut_knit", "tied")
 def row(problem, setting, measured, scatter=1.0):
     columns = (choice.ERROR, choice.SECONDS, choice.MEMORY)
     values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(problem.inputs)
-    about = {"knit": problem.scene.name, "problem": problem.knit, "case": str(problem.case)}
+    about = {"knit": problem.scene.name, "problem": problem.digest, "case": str(problem.case)}
     about |= {"model setting": setting}
     return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
 

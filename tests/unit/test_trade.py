@@ -89,7 +89,7 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
             inputs = drawn(trade, case, point)
             problem = Problem(trade.scene(case, inputs), trade)
             assert problem.outside == ""
-            assert problem.knit == Problem(problem.scene.scaled(1e-3, 1e6), trade).knit
+            assert problem.digest == Problem(problem.scene.scaled(1e-3, 1e6), trade).digest
             assert problem.case == case
             there = problem.inputs
             assert (there.course, there.wale) == pytest.approx((inputs.course, inputs.wale))

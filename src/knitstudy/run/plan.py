@@ -81,7 +81,7 @@ class Step:
     @property
     def wanted(self) -> bool:
         """Whether a study asks for the result, in addition to the inputs of stages."""
-        return not self.stage.between and self.stage.asked_by <= set(self.scene.outputs)
+        return not self.stage.intermediate and self.stage.asked_by <= set(self.scene.outputs)
 
     @cached_property
     def cost(self) -> Cost:

@@ -74,7 +74,7 @@ class Stage:
     needs: Mapping[str, Need] = field(default_factory=dict)  # by the parameters of the function
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
-    between: bool = False  # whether a study asks for it only as the input of another stage
+    intermediate: bool = False  # whether a study asks for it only as the input of another stage
     asked_by: frozenset[str] = (
         frozenset()
     )  # entries of the scene's outputs without which no study asks for it
@@ -131,7 +131,7 @@ _STAGES = (
         function=later("knitstudy.knit.geometry.lay_out:lay_out"),
         reads=lambda scene: ("specimen", *scene.kind.specimen.geometry),
         code=("knit/geometry",),
-        between=True,
+        intermediate=True,
         cost=lambda scene: Cost(memory=500),
     ),
     Stage(
@@ -143,7 +143,7 @@ _STAGES = (
         of=lambda scene: scene.kind.direct,
         needs=GEOMETRY,
         code=MESH,
-        between=True,
+        intermediate=True,
     ),
     Stage(
         name="rest",
@@ -153,7 +153,7 @@ _STAGES = (
         reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
-        between=True,
+        intermediate=True,
         reports=True,
         queued=True,
         cost=lambda scene: Cost(seconds=60.0),

@@ -175,7 +175,7 @@ def collect(
         runs = {knit: {run["model setting"]: run["values"] for run in of} for knit, of in measured.items()}
         for knit, true in reference_values(runs, case, trade).items():
             problem = problems[knit, case]
-            about = {"knit": knit, "problem": problem.knit} | asdict(problem.inputs)
+            about = {"knit": knit, "problem": problem.digest} | asdict(problem.inputs)
             of = [run for run in measured[knit] if run["model setting"] in problem.settings]
             rows += rows_of(of, case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
@@ -189,7 +189,7 @@ def measure(problem: Problem, folder: Path) -> pd.DataFrame:
     scene = problem.scene
     if scene.specimen == "pair":
         raise ConfigurationError(f"scene {scene.name!r}: specimen is pair, but models are measured on knits")
-    short = problem.knit[:8]
+    short = problem.digest[:8]
     named = replace(
         problem, scene=scene.labelled({"name": f"{scene.name}-{short}", "knit": f"{scene.knit}-{short}"})
     )
@@ -200,6 +200,6 @@ def measure(problem: Problem, folder: Path) -> pd.DataFrame:
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
-    others = before[before["problem"] != problem.knit]
+    others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

@@ -253,7 +253,7 @@ def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
 
 def own_rows(problem: Problem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
-    return [row for row in measured_rows(OWN) if row["problem"] == problem.knit]
+    return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
 
 
 def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:

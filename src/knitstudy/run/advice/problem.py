@@ -89,7 +89,7 @@ class Problem:
         return _rounded({key: value for key, value in values.items() if key not in FREE})
 
     @cached_property
-    def knit(self) -> str:
+    def digest(self) -> str:
         """Digest of all that is physical, the same at any scale and modulus."""
         inputs = _rounded(asdict(self.inputs))
         return digest([self.scene.specimen, self.scene.interaction, inputs, self.others])
