@@ -13,17 +13,16 @@ import argparse
 import json
 import shutil
 import sys
-from collections.abc import Iterator, Mapping
-from dataclasses import asdict, replace
+from collections.abc import Mapping
+from dataclasses import asdict
 from itertools import islice
-from math import floor, inf, isinf
+from math import isinf
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
-from scipy.stats.qmc import Sobol
+from sample_points import drawn, points_of
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
 from knitstudy.files import read_table, write_table, write_text
@@ -32,7 +31,7 @@ from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import LARGE, TIED, Case, Inputs, Trade, load_trade
+from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
 from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
@@ -43,32 +42,6 @@ SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that model se
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
 
 MOST_TRIED = 20  # Points of the box for each knit of the sample: with fewer loops than that, the box is wrong
-
-
-def points_of(trade: Trade) -> Iterator[Inputs]:
-    """Yield points of the box without end, the same ones every time."""
-    sampler = Sobol(len(trade.box) + 1, seed=trade.seed)
-    while True:
-        for *shares, slips in sampler.random(64):
-            point = {name: _between(trade.box[name], u) for name, u in zip(trade.box, shares, strict=True)}
-            yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
-
-
-def _between(ends: list[Any], share: float) -> Any:
-    """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
-    low, high = ends[0], ends[-1]
-    if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
-        choices = ends if isinstance(low, str) else range(low, high + 1)
-        return choices[min(floor(share * len(choices)), len(choices) - 1)]
-    return float(f"{low + share * (high - low):.4g}")
-
-
-def drawn(trade: Trade, case: Case, point: Inputs) -> Inputs:
-    """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does."""
-    low, high = trade.box["strain"]
-    first, last = trade.large.strain
-    strain = first + (last - first) * (point.strain - low) / (high - low)
-    return replace(point, strain=float(f"{strain:.4g}")) if case.strains == LARGE else point
 
 
 def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.DataFrame:

@@ -18,16 +18,16 @@ from knitstudy.run.configuration import load_scenes
 from knitstudy.run.plan import Plan
 
 TOY = """
-from knitstudy.run.catalogue import FIGURES
-from knitstudy.paper.scene_names import network, solid
-from knitstudy.run.catalogue import several
-from knitstudy.run.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, one, several
 
 
 @FIGURES.add(
     "toy_curve",
     "A toy",
-    results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
+    results={
+        "dns": one("simulation", "yarns-tie-course", "dns-tie-course"),
+        "beams": several("simulation", "beam-*-none", optional=True),
+    },
 )
 def curve(dns, scenes, beams=None):
     return dns, scenes, beams
@@ -36,7 +36,10 @@ def curve(dns, scenes, beams=None):
 @TABLES.add(
     "toy_stiffness",
     "Another",
-    results={"rom3d": network("rom3d", "tie-course"), "contacts": solid("contacts", "tie-wale")},
+    results={
+        "rom3d": one("simulation", "rom3d-tie-course"),
+        "contacts": one("contacts", "yarns-tie-wale", "dns-tie-wale"),
+    },
 )
 def stiffness(rom3d, contacts):
     return rom3d, contacts

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from refusals import REFUSED, refusal
-from trade import points_of
+from sample_points import points_of
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table

@@ -10,7 +10,8 @@ import pytest
 import trade as sample
 import xarray as xr
 from refusals import refusal
-from trade import FOUND, drawn, measure_sample, points_of, sampled
+from sample_points import drawn, points_of
+from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
