@@ -201,7 +201,9 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
     """Return the values of those simulations among scenes whose results are there and up to date."""
     there = up_to_date(Plan.of(config), scenes.values(), results, SIMULATED)
     stages = [STAGES[name] for name in SIMULATED]
-    read = ({scene.name: read_result(results / stage.path(scene)) for scene in there} for stage in stages)
+    read = (
+        {scene.name: read_result(results / stage.path(scene.name)) for scene in there} for stage in stages
+    )
     return values_of(*read)
 
 

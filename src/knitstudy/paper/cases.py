@@ -1,7 +1,7 @@
 """The four cases in which models are compared (Fig. 15), and the numbers that the paper prints.
 
 The cases are ties and isotropic friction, in course and in wale tension; their scenes go by the names of
-`run.catalogue`. Printed numbers are from ``resources/reference/paper_tables.csv``.
+`paper.scene_names`. Printed numbers are from ``resources/reference/paper_tables.csv``.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ from knitstudy.measures.reference import (
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
-from knitstudy.run.catalogue import (
+from knitstudy.paper.scene_names import (
     BEAM_MODELS,
     CASES,
     NETWORKS,
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
-    Results,
     of_case,
     of_cases,
 )
+from knitstudy.run.catalogue import Results
 
 MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # Names of all simulations
 

@@ -35,42 +35,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 Datasets = Mapping[str, "xr.Dataset"]  # results of one stage by the names of their scenes
 Scenes = Mapping[str, Scene]  # by name
 
-# The four cases in which models are compared (Fig. 15): interaction and direction of the load.
-CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
-# The direct simulation of a case that the others are compared with, in order of preference.
-SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
-
-# The main reduced models of a case, likewise.
-NETWORKS = {
-    "rom3d": ("rom3d-{case}", "rom3d-{case}-coarse"),
-    "rom2d": ("rom2d-{case}", "rom2d-{case}-coarse"),
-}
-
-# Direct simulations of the same case by other elements or on other meshes.
-OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
-# Reduced models of a case with another joint, section or spring.
-VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
-
-REDUCED = (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS)
-BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in contact of a case
-
-# Square knits of rising size in course tension.
-SQUARES = (
-    "domain-*-tie-course-*",
-    "domain-*-isotropic-course-*",
-    *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
-)
-
-
-def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of scenes of a case, for example "tie-course"."""
-    return tuple(name.format(case=case) for name in names)
-
-
-def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of scenes of several cases, case by case."""
-    return tuple(name.format(case=case) for case in cases for name in names)
-
 
 @dataclass(frozen=True)
 class Results:
@@ -106,21 +70,6 @@ def _pattern(names: tuple[str, ...]) -> re.Pattern[str]:
 def one(stage: str, *names: str, optional: bool = False) -> Results:
     """Return the result of the first of some scenes that a study has."""
     return Results(stage, names, optional=optional)
-
-
-def solid(stage: str, case: str) -> Results:
-    """Return the result of the direct simulation of a case that the others are compared with."""
-    return one(stage, *of_case(case, SOLIDS))
-
-
-def of_solid(case: str, *arguments: str) -> dict[str, Results]:
-    """Return the results of the direct simulation of a case by stage, "dns" for the history."""
-    return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
-
-
-def network(fidelity: str, case: str, optional: bool = False) -> Results:
-    """Return the history of the main reduced model of a case, "rom3d" or "rom2d"."""
-    return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)
 
 
 def several(stage: str, *patterns: str, **attributes: Any) -> Results:
@@ -160,34 +109,25 @@ class Display:
         return (*self.needed, *optional)
 
 
-def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes with the arguments of a function: those that are no results and no tables are files."""
-    named = [
-        parameter
-        for parameter in signature(make).parameters.values()
-        if parameter.kind is not parameter.VAR_KEYWORD
-    ]
-    others = (*attributes.get("results", ()), *attributes.get("tables", ()), "scenes")
-    names = [
-        parameter.name
-        for parameter in named
-        if parameter.default is parameter.empty and parameter.name not in others
-    ]
-    scenes = attributes.get("scenes", any(parameter.name == "scenes" for parameter in named))
-    return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
-
-
 class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
     def add(self, name: str, title: str, **attributes: Any) -> Callable[[Function], Function]:
         """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
+        Arguments of the function that are no results and no tables are files.
+
         Raises ConfigurationError if the name is taken.
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **(attributes | _taken(make, attributes))))
+            own = {"scenes", *attributes.get("results", ()), *attributes.get("tables", ())}
+            named = [
+                each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD
+            ]
+            files = [each.name for each in named if each.default is each.empty and each.name not in own]
+            given = {"scenes": any(each.name == "scenes" for each in named)} | attributes
+            self.register(Display(name, title, make, **given | {"files": (*given.get("files", ()), *files)}))
             return make
 
         return added
@@ -195,10 +135,6 @@ class Catalogue(Registry[Display]):
     def all(self) -> dict[str, Display]:
         """Return all by name, in the order of the report."""
         return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
-
-    def module(self, name: str) -> str:
-        """Return the dotted name of the module of a figure's or table's function."""
-        return self.find(name).make.__module__
 
     def make(self, name: str, **sources: Any) -> Any:
         """Make a figure or table from its sources among all.

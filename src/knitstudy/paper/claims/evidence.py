@@ -36,7 +36,8 @@ from knitstudy.paper.claims import (
     worst,
 )
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
-from knitstudy.run.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.run.catalogue import Datasets, Scenes, one, several
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}

@@ -29,7 +29,7 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF, MEMORY, U_Z, Simulation
-from knitstudy.run.catalogue import CASES
+from knitstudy.paper.scene_names import CASES
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion

@@ -23,7 +23,8 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
-from knitstudy.run.catalogue import FIGURES, Results, Scenes, network, of_solid, solid
+from knitstudy.paper.scene_names import network, of_solid, solid
+from knitstudy.run.catalogue import FIGURES, Results, Scenes
 from knitstudy.use.solids import (
     BAR,
     FRONT,

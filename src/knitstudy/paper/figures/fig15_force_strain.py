@@ -17,19 +17,8 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, Reference
 from knitstudy.paper.cases import cases_of, label_of
 from knitstudy.paper.columns import rows_of
-from knitstudy.run.catalogue import (
-    CASES,
-    FIGURES,
-    OTHER_SOLIDS,
-    REDUCED,
-    SOLIDS,
-    Datasets,
-    Scenes,
-    network,
-    of_case,
-    several,
-    solid,
-)
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, REDUCED, SOLIDS, network, of_case, solid
+from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, several
 from knitstudy.use.style import (
     DIRECT,
     DOUBLE,

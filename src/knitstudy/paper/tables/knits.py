@@ -39,8 +39,9 @@ from knitstudy.paper.columns import (
     rows_of,
     tabulated,
 )
+from knitstudy.paper.scene_names import solid
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, sweeps_of
-from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 # ---- Every simulation of a knit
 

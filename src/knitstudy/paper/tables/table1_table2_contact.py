@@ -15,7 +15,8 @@ from knitstudy.knit.yarns.joints import AXES, MAIN, MEASURES, NORMALS, springs
 from knitstudy.measures.response import allowed_penetration, penetration
 from knitstudy.paper.cases import number
 from knitstudy.paper.columns import Simulation, rows_of
-from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, TABLES, Datasets, Scenes, of_cases, several, solid
+from knitstudy.paper.scene_names import OTHER_SOLIDS, SOLIDS, of_cases, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 NOT_STATED, NONE = "not stated", "none"
 # Numbers of Table 1.

@@ -42,8 +42,9 @@ from knitstudy.paper.columns import (
     rows_of,
     tabulated,
 )
+from knitstudy.paper.scene_names import SQUARES
 from knitstudy.paper.square_knits import NONE, SIZES, Series, counted_models, series_of
-from knitstudy.run.catalogue import SQUARES, TABLES, Datasets, Scenes, one, several
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, one, several
 
 KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 

@@ -13,17 +13,8 @@ from knitstudy.measures.reference import INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.columns import Simulation
-from knitstudy.run.catalogue import (
-    CASES,
-    OTHER_SOLIDS,
-    SOLIDS,
-    TABLES,
-    Datasets,
-    Scenes,
-    of_cases,
-    several,
-    solid,
-)
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, SOLIDS, of_cases, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 AXES = "xyz"
 
