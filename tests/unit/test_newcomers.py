@@ -99,10 +99,10 @@ def test_a_key_is_its_section_and_the_code_that_reads_it(added):
 FIGURE = """
 from matplotlib.figure import Figure
 
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.run.catalogue import FIGURES, one
 
 
-@FIGURES.add("toy", "A toy", results={"dns": solid("simulation", "tie-course")})
+@FIGURES.add("toy", "A toy", results={"dns": one("simulation", "yarns-tie-course")})
 def draw(dns):
     return Figure()
 """
