@@ -60,11 +60,13 @@ def test_surer_ways_weigh_more_and_the_larger_origin_is_named():
     common = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.03, 0.03, 2.0)])
     assert common.value == pytest.approx(1.003)
     assert common.extrapolation == pytest.approx(0.01 * np.sqrt(0.9))
-    assert common.disagreement == pytest.approx(0.015)
-    assert common.uncertainty == pytest.approx(np.hypot(0.015, common.extrapolation))
+    assert common.disagreement == common.uncertainty == pytest.approx(0.03)
     assert common.origin == "disagreement"
     near = common_limit([Limit(1.0, 0.01, 2.0), Limit(1.001, 0.01, 2.0)])
     assert near.origin == "extrapolation"
+    assert near.uncertainty == near.extrapolation
+    finest = [Limit(1.0, 0.01, 2.0, finest) for finest in (0.9, 1.05)]
+    assert common_limit(finest).uncertainty == pytest.approx(0.15), "limits may agree by chance"
     assert limit_of_sizes((0.2, 0.1), (5.0, 5.0)).uncertainty > 0, "equal values are not certain"
     with refusal("there are 1 limits"):
         common_limit([Limit(1.0, 0.01, 2.0)])
@@ -76,7 +78,7 @@ def test_a_way_does_not_win_by_an_uncertainty_that_is_too_small():
     share = 0.0049505 / 0.01
     assert common.value == pytest.approx(1.0 + 0.1 * share)
     assert common.extrapolation == pytest.approx(np.hypot((1 - share) * 0.001, share * 0.01))
-    assert common.disagreement == pytest.approx(0.05)
+    assert common.disagreement == pytest.approx(0.1)
     for limit in (1.0, 1.1):
         assert abs(limit - common.value) < 1.02 * common.uncertainty
 

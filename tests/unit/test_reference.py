@@ -62,7 +62,9 @@ def test_rows_of_two_ways(sources, solid):
     added = (0.24**2 - 0.045**2 - 0.09**2) / 2
     share = (0.045**2 + added) / 0.24**2
     assert last["value"] == pytest.approx(12 + 0.24 * share)
-    assert last["uncertainty from disagreement"] == pytest.approx(0.12)
+    # Their finest values lie farther apart than their limits.
+    assert last["uncertainty from disagreement"] == pytest.approx(12.42 - 11.91)
+    assert last["uncertainty"] == last["uncertainty from disagreement"]
     assert last["uncertainty from extrapolation"] == pytest.approx(
         np.hypot((1 - share) * 0.045, share * 0.09)
     )
@@ -79,7 +81,7 @@ def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
 
 
 def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources):
-    """Forces of two elements are 0.12 N apart from 12.1 N; a stiffer problem has one element alone."""
+    """Forces of two elements are 0.24 N apart at 12.1 N; a stiffer problem has one element alone."""
     other = {
         f"{name}-other": scene.vary({"name": f"{name}-other", "yarn.youngs_modulus": 2e9})
         for name, scene in way(solid, "quadratic").items()
@@ -90,7 +92,7 @@ def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources
     pair, single = last.loc[problem_of(solid)], last.loc[problem_of(other["reference-quadratic-05-other"])]
     assert single["value"] == pytest.approx(12.24)
     share = pair["uncertainty from disagreement"] / pair["value"]
-    assert share == pytest.approx(0.12 / 12.12, rel=1e-3)
+    assert share == pytest.approx(0.24 / 12.12, rel=1e-3)
     assert single["uncertainty from disagreement"] == pytest.approx(12.24 * share)
 
 

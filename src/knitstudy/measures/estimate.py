@@ -54,7 +54,7 @@ class Estimate:
         if not self.known:
             return NONE
         # As many decimals as the first digit of the uncertainty has.
-        decimals = 2 if self.uncertainty <= 0 else min(max(2, -floor(log10(self.uncertainty))), 4)
+        decimals = 2 if self.uncertainty <= 0 else min(max(2, -floor(log10(self.uncertainty))), 3)
         return f"{self.value:.{decimals}f} ± {self.uncertainty:.{decimals}f}"
 
 
@@ -76,6 +76,7 @@ class Limit:
     value: float
     uncertainty: float
     order: float
+    finest: float = nan  # the value of the finest resolution
 
 
 def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float = 2.0) -> Limit:
@@ -89,7 +90,7 @@ def limit_of_sizes(sizes: Sequence[float], values: Sequence[float], order: float
     weight = (h[:-1] / h[1:]) ** order
     limits = (weight * f[1:] - f[:-1]) / (weight - 1)
     spread = 0.5 * (limits[-1] - f[-1]) if len(limits) == 1 else limits[-1] - limits[-2]
-    return _limit(limits[-1], spread, observed_order(h, f))
+    return _limit(limits[-1], spread, f[-1], observed_order(h, f))
 
 
 def limit_of_degrees(degrees: Sequence[float], values: Sequence[float]) -> Limit:
@@ -104,8 +105,8 @@ def limit_of_degrees(degrees: Sequence[float], values: Sequence[float]) -> Limit
     factor = change[-1] / change[-2] if len(change) > 1 and change[-2] != 0 else np.nan
     if 0 < factor < 1:
         correction = change[-1] * factor / (1 - factor)
-        return _limit(f[-1] + correction, 0.5 * correction, np.nan)
-    return _limit(f[-1], change[-1], np.nan)
+        return _limit(f[-1] + correction, 0.5 * correction, f[-1])
+    return _limit(f[-1], change[-1], f[-1])
 
 
 def _in_order(
@@ -120,8 +121,8 @@ def _in_order(
     return np.array(list(ordered)), np.array(list(ordered.values()), dtype=float)
 
 
-def _limit(value: float, spread: float, order: float) -> Limit:
-    return Limit(float(value), float(max(abs(spread), SMALLEST * abs(value))), order)
+def _limit(value: float, spread: float, finest: float, order: float = nan) -> Limit:
+    return Limit(float(value), float(max(abs(spread), SMALLEST * abs(value))), order, float(finest))
 
 
 def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
@@ -137,7 +138,10 @@ def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
 
 @dataclass(frozen=True)
 class Common:
-    """The limit of several discretisations, its uncertainty from theirs, and half the distance of the farthest two."""
+    """The limit of several discretisations, its uncertainty from theirs, and the distance of the farthest two.
+
+    That distance is of their limits or of their finest values, whichever lie farther apart.
+    """
 
     value: float
     extrapolation: float
@@ -145,8 +149,8 @@ class Common:
 
     @property
     def uncertainty(self) -> float:
-        """Root of the sum of squares of extrapolation and disagreement, which are independent."""
-        return float(np.hypot(self.extrapolation, self.disagreement))
+        """The larger one of extrapolation and disagreement."""
+        return max(self.extrapolation, self.disagreement)
 
     @property
     def origin(self) -> str:
@@ -169,15 +173,16 @@ def common_limit(limits: Sequence[Limit]) -> Common:
         )
     value = np.array([limit.value for limit in limits])
     spread = np.array([limit.uncertainty for limit in limits])
+    apart = max(np.ptp(value), np.nan_to_num(np.ptp([limit.finest for limit in limits])))
     if not spread.any():  # all values are 0
-        return Common(float(value.mean()), 0.0, float(0.5 * np.ptp(value)))
+        return Common(float(value.mean()), 0.0, float(apart))
     variance = np.maximum(spread, SMALLEST * spread.max()) ** 2
     weight = 1 / (variance + _unexplained(value, variance))
     weight /= weight.sum()
     return Common(
         value=float(weight @ value),
         extrapolation=float(np.sqrt(weight**2 @ variance)),
-        disagreement=float(0.5 * np.ptp(value)),
+        disagreement=float(apart),
     )
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import product
 from math import inf, isfinite, nan
 from typing import Any
@@ -11,7 +12,7 @@ import pandas as pd
 
 from knitstudy.measures.estimate import Common, Limit, common_limit
 from knitstudy.measures.reference import INTERACTIONS, RefinementSeries, refinement_series_of
-from knitstudy.measures.response import QUANTITIES, STRAINS, increment_at
+from knitstudy.measures.response import LARGEST_U_Z, QUANTITIES, RMS_U_Z, STRAINS, increment_at
 from knitstudy.paper.columns import cells_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
@@ -81,23 +82,37 @@ def values_of(histories: Datasets, contacts: Datasets) -> pd.DataFrame:
 def limits(values: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return the reference, as `tabulate` does, from values of single simulations (`values_of`).
 
-    A single discretisation has as uncertainty the largest distance between discretisations of other problems.
+    Discretisations of one problem may agree by chance: the relative distance of quantities of one kind at one strain is
+    the largest of these. A single discretisation has the largest distance between discretisations of other problems.
     """
-    single, rows = [], []
+    known: list[tuple[dict[str, Any], Common, Refined]] = []
+    apart: dict[tuple[Any, ...], float] = {}
+    single = []
     for head, series in _refined(values, scenes):
         if len(series) > 1:
-            rows.append(_row(head, common_limit(_limits(series)), series))
+            known.append((head, common := common_limit(_limits(series)), series))
+            share = common.disagreement / abs(common.value or inf)
+            for of in ((head["problem"], *_kind(head)), (head["quantity"], head["strain [1]"])):
+                apart[of] = max(apart.get(of, 0.0), share)
         else:
             single.append((head, series))
-    apart: dict[tuple[Any, ...], float] = {}
-    for row in rows:
-        of = row["strain [1]"], row["quantity"]
-        apart[of] = max(apart.get(of, 0.0), row["uncertainty from disagreement"] / abs(row["value"] or inf))
+    shares = [apart[head["problem"], *_kind(head)] for head, *_ in known]
     for head, series in single:
-        if share := apart.get((head["strain [1]"], head["quantity"])):
+        if elsewhere := apart.get((head["quantity"], head["strain [1]"])):
             (limit,) = _limits(series)
-            rows.append(_row(head, Common(limit.value, limit.uncertainty, share * abs(limit.value)), series))
+            known.append((head, Common(limit.value, limit.uncertainty, 0.0), series))
+            shares.append(elsewhere)
+    rows = [
+        _row(head, replace(common, disagreement=share * abs(common.value)), series)
+        for (head, common, series), share in zip(known, shares, strict=True)
+    ]
     return pd.DataFrame(rows, columns=COLUMNS)
+
+
+def _kind(head: dict[str, Any]) -> tuple[str, float]:
+    """Return the kind of a quantity, both of u_z being one, and its strain."""
+    quantity = head["quantity"]
+    return LARGEST_U_Z if quantity == RMS_U_Z else quantity, head["strain [1]"]
 
 
 def _limits(refined: Refined) -> list[Limit]:
