@@ -20,14 +20,16 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.cases import number, numbers
+from knitstudy.paper.columns import Simulation
 from knitstudy.paper.report import READERS
 from knitstudy.paper.square_knits import SERIES, law_of, nodes_2d, nodes_3d
 from knitstudy.paper.tables.table1_table2_contact import (
     AVERAGED,
     READINGS,
-    tabulate_averages,
     tabulate_springs,
 )
+from knitstudy.paper.tables.table2_recipes import SLIP, displacements
+from knitstudy.paper.tables.table2_recipes import tabulate as tabulate_recipes
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, Made, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
@@ -285,13 +287,51 @@ def test_spread_and_counts(touching, scenes, paper):
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
 
 
-def test_both_systems_of_axes_stand_beside_the_paper_at_a_glance(touching, scenes, paper):
-    table = tabulate_averages({"course": touching}, paper, scenes).set_index("axes")
-    assert list(table.index) == ["global", "local"]
-    row = table.loc["global"]
-    np.testing.assert_allclose(row[["kx [N/m]", "ky [N/m]", "kz [N/m]"]].astype(float), STIFFNESS)
-    assert row["kz / kx [1]"] == pytest.approx(900 / 80)
-    assert row["kz / kx, paper [1]"] == pytest.approx(952.1 / 84.5)
+def test_the_recipe_that_is_the_papers_is_found(contacts, scenes, paper):
+    """Springs of Table 2 along the axes of the knit, by the displacement of the centrelines, between other numbers."""
+    touching = {}
+    for way, stiffness in study.SPRINGS.items():
+        sprung = synthetic.contacts_with_springs(contacts, np.array(stiffness))
+        moved = sprung["relative_displacement"]
+        touching[way] = sprung.assign(relative_displacement=2 * moved, centreline_relative_displacement=moved)
+    runs = {name: scene.replace("name", f"yarns-{name}") for name, scene in scenes.items()}
+    histories = dict.fromkeys(runs, synthetic.history())
+    table = tabulate_recipes(touching, histories, paper, runs).set_index("displacement of")
+    nearest = table.loc["centrelines"]
+    assert nearest[["strain [1]", "normal", "axes", "average"]].tolist()[1:3] == [
+        "normal_resultant",
+        "global",
+    ]
+    assert nearest["worst factor [1]"] == pytest.approx(1.0)
+    assert table.loc["facing points", "worst factor [1]"] == pytest.approx(2.0)
+    assert table["within 1.5 [1]"].tolist() == [6, 0]
+    assert set(table["run"]) == {"yarns"}
+
+
+def test_slip_and_depth_are_those_of_points_in_contact(contacts):
+    """One point slips by 3 um along its traction and lies 1 um deep; the other side counts the other way round."""
+    crossings = contacts.sizes["crossing"]
+    touching = synthetic.contacts_with_springs(contacts, STIFFNESS)
+    touching["centreline_relative_displacement"] = touching["relative_displacement"]
+    points = {
+        "increment": [2, 2],
+        "crossing": [5, 5],
+        "side": [0, 1],
+        "area": [1.0, 3.0],
+        "pressure": [2.0, 1.0],
+    }
+    points |= {"slip": [3e-6, 3e-6], "gap": [-1e-6, -1e-6]}
+    vectors = {"position": np.zeros((2, 3)), "reference": np.zeros((2, 3))}
+    vectors |= {"traction": [[4.0, 0, 0], [-4.0, 0, 0]], "normal": [[0, 0, 1.0], [0, 0, -1.0]]}
+    history = synthetic.history().assign(
+        {f"contact_{name}": ("contact_point", np.array(values)) for name, values in points.items()}
+        | {f"contact_{name}": (("contact_point", "xyz"), np.array(each)) for name, each in vectors.items()}
+    )
+    moved = dict(displacements(Simulation(None, {"contacts": touching, "simulation": history})))
+    for name in ("both sides", "lower", "upper"):
+        slip = moved[SLIP.format(name)]
+        np.testing.assert_allclose(slip[2, 5], [3e-6, 0, 1e-6])
+        assert np.isfinite(slip).all(axis=-1).sum() == 1 < crossings, "where nothing touches there is no slip"
 
 
 def test_ties_are_refused(touching, scenes, paper):

@@ -147,31 +147,3 @@ def _printed(simulation: Simulation, paper: pd.DataFrame) -> list[float]:
     if scene.interaction != "isotropic":
         return [np.nan] * 3
     return [number(paper, "2", scene.value("load.direction"), f"spring stiffness k{axis}") for axis in "xyz"]
-
-
-@TABLES.add("springs", "Table 2 at a glance: springs", results=CONTACTS, order=4)
-def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a simulation and axes: the averaged springs of interfaces and the paper's."""
-    rows = []
-    for simulation, axes in product(rows_of(scenes, {}, contacts=contacts).values(), ("global", "local")):
-        scene, measured = simulation.scene, springs(simulation.results["contacts"], "interface", axes, MAIN)
-        averages = {"": measured.averaged.tolist(), ", paper": _printed(simulation, paper)}
-        row = {
-            "scene": scene.name,
-            "load": scene.value("load.direction"),
-            "interaction": scene.interaction,
-            "mesh size [m]": scene.metres("mesh.size"),
-            "contact stiffness over E / h [1]": scene.value("contact.normal_stiffness"),
-            "penalty alone": scene.value("contact.augmentations") == 0,
-            "axes": axes,
-        }
-        for whose, (kx, ky, kz) in averages.items():
-            row |= {f"kx{whose} [N/m]": kx, f"ky{whose} [N/m]": ky, f"kz{whose} [N/m]": kz}
-        for ratio, above, below in (("kz / kx", 2, 0), ("kx / ky", 0, 1)):
-            row |= {f"{ratio}{whose} [1]": k[above] / k[below] for whose, k in averages.items()}
-        for axis, negative in zip("xyz", measured.negative, strict=True):
-            row[f"k{axis} negative at crossings [1]"] = int(negative)
-        rows.append(
-            row | {"x and y alike [N/m]": measured.tangential, "crossings [1]": int(measured.used[0])}
-        )
-    return pd.DataFrame(rows)

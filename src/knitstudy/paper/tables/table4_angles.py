@@ -1,4 +1,4 @@
-"""Table 4: angles of the six segments to the axes, by geometry and by principal stress; stresses of the segments."""
+"""Table 4: angles of the six segments to the axes, by geometry and by principal stress."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, central, honeycomb_segments, stress_angles
+from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, honeycomb_segments, stress_angles
 from knitstudy.measures.reference import INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
@@ -18,7 +18,6 @@ from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 AXES = "xyz"
 
-COMPONENTS = ("xx", "yy", "zz", "xy", "yz", "xz")
 DECIMALS = 3  # The paper prints none; closest points are found to about 1e-5 degrees
 
 _SOLIDS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS))
@@ -80,40 +79,3 @@ def _row(honeycomb: str, kind: str, angle: Floats, theirs: Floats) -> dict[str, 
     row["largest difference [deg]"] = round(np.abs(ours - theirs).max(), DECIMALS)
     row["spread over equivalent segments [deg]"] = round(np.ptp(angle, axis=0).max(), DECIMALS)
     return row
-
-
-@TABLES.add(
-    "segment_stress",
-    "Stress averaged over the segments of the centre cell",
-    results={"stresses": several("stress", *_SOLIDS)},
-    order=6.5,
-)
-def tabulate_stress(stresses: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a segment: principal values and components of the mean Cauchy stress at full load."""
-    return pd.DataFrame(
-        [
-            {
-                "segment": number,
-                "kind": kind,
-                "scene": name,
-                "discretisation": made_of(scenes[name]),
-                "row": int(dataset["segment_row"][segment]),
-                "column": int(dataset["segment_column"][segment]),
-                **_stress(dataset.sel(extent="whole").isel(segment=segment)),
-            }
-            for name, dataset in stresses.items()
-            for kind, number in SEGMENT.items()
-            for segment in central(dataset, kind)
-        ]
-    )
-
-
-def _stress(segment: xr.Dataset) -> dict[str, float]:
-    principal, stress = segment["segment_principal"].to_numpy(), segment["segment_stress"].to_numpy()
-    (angles,) = angles_to_axes(segment["segment_axis"].to_numpy()[:1])
-    return {
-        "deformed volume [m3]": float(segment["segment_volume"]),
-        **{f"principal stress {i + 1} [Pa]": value for i, value in enumerate(principal)},
-        **{f"angle of 1 to {axis} [deg]": angle for axis, angle in zip(AXES, angles, strict=True)},
-        **{f"stress {name} [Pa]": stress[AXES.index(name[0]), AXES.index(name[1])] for name in COMPONENTS},
-    }
