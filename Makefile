@@ -53,6 +53,10 @@ trade: environment  ## measure what accuracy costs on the FIRST=48 knits of a sa
 loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
 	@$(BIN)/python benchmarks/loops.py
 
+.PHONY: mechanisms
+mechanisms: environment  ## change one thing at a time in networks, for Fig. 11; resources/reference/mechanisms.csv
+	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/mechanisms.py
+
 .PHONY: predictions
 predictions: environment  ## run the study of measured fabrics and keep its predictions; resources/predictions.csv
 	@$(BIN)/python -m knitstudy study fabrics -- $(OPTIONS)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import datetime
+import re
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Mapping
@@ -26,6 +27,7 @@ from knitstudy.files import STAMP, commit, read_result, read_table, replacing, w
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims import GRADES, NOT_RUN
+from knitstudy.paper.claims.verdicts import counted
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import (
     REFERENCE,
@@ -77,10 +79,11 @@ FULL = RESOURCES / "full"  # What pages of smaller studies show in place of thei
 FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES, FULL_FIGURES = ("readings", "combinations", "sweeps"), ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
+README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper .*$", re.MULTILINE)
 
 
 def keep_verdicts(config: Path = CONFIG) -> str:
-    """Keep the verdicts, and write the page about them with its pictures; return what was kept."""
+    """Keep the verdicts, write the page about them with its pictures, and their number into README.md."""
     plan, study = Plan.of(config), load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
     if not scenes:
@@ -118,6 +121,7 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         if name in FULL_FIGURES:
             save(drawing, [FULL / f"{name}.png"], sources, FIGURES.find(name).title)
     write_text(page, VERDICTS_PAGE)
+    write_text(COUNTED.sub(counted(table, table), README.read_text(encoding="utf-8")), README)
     write_table(table, VERDICTS_KEPT)
     return f"{len(table)} verdicts: {VERDICTS_KEPT}, page: {VERDICTS_PAGE}"
 
@@ -165,6 +169,7 @@ def summarise(
         picture=picture,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
+        counted=counted(verdicts, verdicts),
         grades=(*reversed(GRADES), NOT_RUN),
         readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
         combinations=[] if combinations is None else combinations.to_dict("records"),
@@ -272,6 +277,7 @@ KEEPERS = {
 TARGETS = {
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
+    "mechanisms": ("reference/mechanisms.csv", 7),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
     "reference": ("reference/reference.csv", 90),

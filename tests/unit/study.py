@@ -199,3 +199,26 @@ def room_around(figure):
     """Return the room [inches] on the left, below, on the right and above what a figure shows; below 0 is cut off."""
     (width, height), box = figure.get_size_inches(), figure.get_tightbbox()
     return box.x0, box.y0, width - box.x1, height - box.y1
+
+
+def mechanisms():
+    """Return networks whose motion grows with the outer lever, and falls a little with the spacing at one lever."""
+    rows, steps = [], np.arange(6.0)
+
+    def add(sweep, values, inner, outer):
+        for value, low, high in zip(values, inner + 0 * values, outer + 0 * values, strict=True):
+            for kind in ("isotropic", "tie"):
+                stiff = 1.2 / value if "alone" in sweep or "torsion" in sweep else 1.0
+                motion = 1e-4 * stiff * (high - 0.2 * (low + high))
+                place = (low + high, low, high, kind, "rigid", motion, stiff)
+                rows.append((sweep, value, *place))
+
+    for sweep in ("bending and torsion", "torsion alone", "bending alone"):
+        add(sweep, np.linspace(1.2, 1.95, 6), 4.0, 9.0)
+    add("spacing, drawn shape", steps, 4.0 + 0.3 * steps, 9.0 + 0.7 * steps)
+    add("spacing, inner lever fixed", steps, 4.0, 9.0 + steps)
+    add("spacing, outer lever fixed", steps, 4.0 + steps, 9.0)
+    add("levers, spacing fixed", steps, 4.0 + steps, 9.0 - steps)
+    levers = ["course spacing [m]", "inner lever [m]", "outer lever [m]"]
+    columns = ["sweep", "value", *levers, "interaction", "joint", "largest |u_z| [m]", "mean spin [deg]"]
+    return pd.DataFrame(rows, columns=columns)

@@ -78,6 +78,7 @@ def results(knit, plain_scene, touching, paper, cases):
         },
         "claims": read_table(REFERENCE / "paper_claims.csv"),
         "readings": read_table(REFERENCE / "readings.csv"),
+        "mechanisms": study.mechanisms(),
         "histories": {
             name: study.in_contact(touching["dns"], each.interaction) for name, each in inputs.items()
         },

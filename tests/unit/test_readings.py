@@ -215,10 +215,10 @@ def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
     monkeypatch.setattr("knitstudy.registry._imported", {})
     for registry in (CLAIMS, TABLES):
         monkeypatch.setattr(registry, "_entries", dict(registry.all()))
-    rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1", counts="yes")
+    rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1", seen="twice")
 
     def made():
-        known = {"claims": rules, "readings": table()} | sources
+        known = {"claims": rules, "readings": table(), "mechanisms": study.mechanisms()} | sources
         return TABLES.make("verdicts", **known, findings=TABLES.make("findings", **known))
 
     with pytest.raises(ConfigurationError, match="claim 'X1' has no rule"):
@@ -227,7 +227,7 @@ def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
     verdicts = made()
     assert verdicts.loc[0, ["id", "verdict", "ours"]].tolist() == ["X1", "reproduced", "1.20"]
     assert verdicts.loc[0, "note"].startswith("a claim of a test; DNS of")
-    assert (verdicts.columns[-1], verdicts.loc[0, "counts"]) == ("counts", "yes"), (
+    assert (verdicts.columns[-1], verdicts.loc[0, "seen"]) == ("seen", "twice"), (
         "also new columns of the rules"
     )
     works = TABLES.make("works", every=sources["histories"], scenes=sources["scenes"])

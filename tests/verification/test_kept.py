@@ -8,6 +8,7 @@ from pathlib import Path
 
 import extremes
 import loops
+import mechanisms
 import pandas as pd
 import pytest
 from keep import TARGETS
@@ -80,8 +81,20 @@ def trade():
     yield row["value [SI]"], record["values"][row["quantity"]]
 
 
+def networks():
+    """Motion of the drawn knit as a network of beams with rigid ties, as stiff as its yarns are."""
+    table = pd.read_csv(RESOURCES / TARGETS["mechanisms"][0])
+    kind = {"sweep": "bending and torsion", "value": 1.8, "interaction": "tie", "joint": "rigid"}
+    row = table[(table[list(kind)] == pd.Series(kind)).all(axis=1)].iloc[0]
+    made = mechanisms.Networks()
+    anew = made.pull(made.base, kind["interaction"], kind["joint"], mechanisms.Stiffness())
+    for quantity, value in anew.items():
+        yield row[quantity], value
+
+
 CHECKS = {
     "loops": loop_map,
+    "mechanisms": networks,
     "trade": trade,
     "extremes": extreme,
     "reference": reference,
@@ -122,3 +135,18 @@ def test_every_kept_table_says_what_made_it(table):
     kept = pd.read_csv(RESOURCES / table)
     assert set(STAMP) <= set(kept.columns)
     assert kept[list(STAMP)].notna().all(axis=None)
+
+
+def test_networks_change_one_thing_at_a_time():
+    """A lever stays within 0.2 % where the spacing changes by 5 % or more, and the spacing where levers change."""
+    table = pd.read_csv(RESOURCES / TARGETS["mechanisms"][0]).groupby("sweep")
+    levers = ["course spacing [m]", "inner lever [m]", "outer lever [m]"]
+    spread = table[levers].max() / table[levers].min() - 1
+    fixed = {"levers, spacing fixed": levers[0], "spacing, inner lever fixed": levers[1]}
+    fixed |= {"spacing, outer lever fixed": levers[2]} | {
+        f"{name} alone": levers for name in ("torsion", "bending")
+    }
+    for sweep, columns in fixed.items():
+        assert (spread.loc[sweep, columns] < 2e-3).all(), sweep
+        changed = spread.loc[sweep].drop(columns)
+        assert (changed > 0.05).all(), sweep

@@ -118,12 +118,17 @@ DOF = Column("degrees of freedom", "1", lambda history: int(history.attrs["dof"]
 MEMORY = Column("memory growth", "MB", lambda history: history.attrs["memory_growth"] / response.MEGABYTE)
 GROWTH = Column("memory growth", "MB", lambda history: response.memory_growth(history) / response.MEGABYTE)
 STABILISED = Column(
-    "stabilisation over internal energy at full load", "1", lambda history: _stabilised(history["energy"][-1])
+    "stabilisation over internal energy at full load", "1", lambda h: _share(h, "stabilisation", "internal")
+)
+
+FRICTION_SHARE = Column(
+    "friction over external work at full load", "1", lambda history: _share(history, "friction", "external")
 )
 
 
-def _stabilised(energy: xr.DataArray) -> float:
-    return float(energy.sel(form="stabilisation") / energy.sel(form="internal"))
+def _share(history: xr.Dataset, form: str, whole: str) -> float:
+    energy = history["energy"][-1]
+    return float(energy.sel(form=form) / energy.sel(form=whole))
 
 
 INCREMENTS = Column("increments", "1", lambda history: history.sizes["increment"] - 1)

@@ -21,6 +21,7 @@ from PIL import Image, UnidentifiedImageError
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
 from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
+from knitstudy.paper.claims.verdicts import counted
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
 from knitstudy.run.configuration import load_study
 from knitstudy.run.plan import Plan
@@ -109,6 +110,7 @@ def render(
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
+        counted=counted(results["verdicts"] if kept is None else kept, results["verdicts"]) if claims else "",
         turning=turning,
         sentences=[text for text in sentences if NOTHING not in text],
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),

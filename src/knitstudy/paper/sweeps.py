@@ -2,9 +2,9 @@
 
 Scenes of sweeps go by their names: "sweep-{hold}-{value}-{interaction}-course", with "-p3" or "-hexahedra" for other
 discretisations. ``hold`` is the reading of the fixed quantity (``pattern.keep``); a value begins with c (course
-spacing) or d (diameter). Without a value the loop has the drawn spacing and diameter; of the reading "shape", these are
-the knits of Fig. 15. The relative error of a discretisation is known from the reference of the drawn loop and from
-polynomials of the next degree at other loops; the largest one counts for all points.
+spacing), w (wale spacing) or d (diameter). Without a value the loop has the drawn spacing and diameter; of the reading
+"shape", these are the knits of Fig. 15. The relative error of a discretisation is known from the reference of the drawn
+loop and from polynomials of the next degree at other loops; the largest one counts for all points.
 """
 
 from __future__ import annotations
@@ -24,13 +24,19 @@ from knitstudy.measures.response import LARGEST_U_Z
 from knitstudy.paper.columns import U_Z, Rows, Simulation
 from knitstudy.run.catalogue import several
 
-SPACING, DIAMETER = "pattern.course_ratio", "yarn.diameter"  # Keys that are swept
-LETTER = {SPACING: "c", DIAMETER: "d"}
+# Keys that are swept. The paper calls x the course direction: its course spacing may be the one along x.
+SPACING, ALONG, DIAMETER = "pattern.course_ratio", "pattern.wale_spacing", "yarn.diameter"
+LETTER = {SPACING: "c", ALONG: "w", DIAMETER: "d"}
 FRICTION = 0.76  # Coefficient of friction of Table 1
 # Readings of the fixed quantity, in words; needles hold the wale spacing.
-HELD = {"wale_spacing": "wale spacing held", "length": "yarn in a loop held", "shape": "drawn shape held"}
+HELD = {
+    "wale_spacing": "wale spacing held",
+    "length": "yarn in a loop held",
+    "shape": "drawn shape held",
+    ALONG: "drawn shape stretched along x",
+}
 
-SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
+SWEPT = re.compile(r"sweep-(wale|length|shape)(?:-([cwd])\d+)?-(tie|isotropic)-course(?:-(p3|hexahedra))?")
 # Names of knits with the drawn loop by interaction, and the end of the names of sweeps with the same yarns.
 DRAWN = {"yarns-{}-course": None, "yarns-{}-course-p3": "p3", "dns-{}-course": "hexahedra"}
 DRAWN_KNITS = {name.format(kind): (kind, end) for kind in ("tie", "isotropic") for name, end in DRAWN.items()}

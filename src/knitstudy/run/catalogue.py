@@ -180,6 +180,7 @@ def reference_files(config: Path) -> dict[str, Path]:
         "claims": folder / "paper_claims.csv",
         "readings": folder / "readings.csv",
         "reference": folder / "reference.csv",
+        "mechanisms": folder / "mechanisms.csv",
         "targets": base_of(config) / "calibration.yaml",
     }
 

@@ -13,7 +13,7 @@ all?) and the size (is it larger by as much as the word says?) are tested apart.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
 from math import inf, isfinite, isnan
@@ -49,6 +49,15 @@ class Row:
     def __post_init__(self) -> None:
         if isnan(self.margin):  # rows of equal values are equal
             object.__setattr__(self, "margin", inf)
+
+    @property
+    def tested(self) -> bool:
+        """Whether the row counts for the grade of its claim."""
+        return self.grade in GRADES
+
+    def uncounted(self, why: str) -> Row:
+        """Return the row, which does not count where it holds."""
+        return replace(self, grade=f"holds, not counted: {why}") if self.grade == REPRODUCED else self
 
 
 @dataclass(frozen=True)
@@ -119,7 +128,7 @@ def grade(direction: bool | None, size: bool | None = True) -> str:
 
 def worst(rows: Iterable[Row]) -> str:
     """Return the worst grade of the rows that are tested."""
-    return min((row.grade for row in rows if row.grade), key=GRADES.index)
+    return min((row.grade for row in rows if row.tested), key=GRADES.index)
 
 
 def holds(
@@ -177,14 +186,15 @@ def comparable(
     return Row(quantity, text, printed, grade(size if direction is None else direction, size), margin)
 
 
-def trend(quantity: str, values: Sequence[Estimate], sign: int, paper: str) -> Row:
+def trend(quantity: str, values: Sequence[Estimate], sign: int, paper: str, half: bool | None = None) -> Row:
     """Return the row of values, in rising order of the input, that grow (sign 1) or fall (-1).
 
-    A pair of values that differ by less than both uncertainties counts half.
+    A pair of values that differ by less than both uncertainties counts half. `half` is whether half of the pairs are
+    enough for the direction; None leaves that open.
     """
     pairs = list(combinations(values, 2))
     share = sum(_goes(one, other, sign) for one, other in pairs) / len(pairs)
-    direction = None if share == 0.5 else share > 0.5
+    direction = half if share == 0.5 else share > 0.5
     text = f"{share:.0%} of {len(pairs)} pairs"
     return Row(quantity, text, paper, grade(direction, share >= TREND), share / TREND)
 
@@ -206,7 +216,7 @@ def margin_of(rows: Iterable[Row]) -> str:
     >>> margin_of([Row("a", grade=REPRODUCED, margin=2.0), Row("b", grade=DIRECTION, margin=0.5), Row("c")])
     '1 of 2 tests hold; b misses its bar by a factor of 2'
     """
-    tests = [row for row in rows if row.grade]
+    tests = [row for row in rows if row.tested]
     text = f"{sum(row.grade == REPRODUCED for row in tests)} of {len(tests)} tests hold"
     tightest = min(tests, key=lambda row: (GRADES.index(row.grade), row.margin))
     if not isfinite(tightest.margin) or tightest.margin <= 0:

@@ -1,8 +1,9 @@
-"""Claims about contact with friction: K1 to K8, K11, K12 and E1 of ``resources/reference/paper_claims.csv``."""
+"""Claims about contact with friction: K1 to K8, K11 to K15 and E1 of ``resources/reference/paper_claims.csv``."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -12,9 +13,9 @@ from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds
+from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds, trend
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
-from knitstudy.paper.columns import CONTRACTION, STABILISED, STRAIN, U_Z
+from knitstudy.paper.columns import CONTRACTION, FRICTION_SHARE, STABILISED, STRAIN, U_Z
 from knitstudy.paper.sweeps import FRICTION
 
 # Claim K3: strain interval before and after a point over which the mean slope of the force is taken; largest strain
@@ -184,10 +185,26 @@ def _half(contacts: xr.Dataset, values: Floats) -> tuple[float, float]:
     return float(np.interp(0.5 * mean[-1], mean[step], strain[step])), float(np.ptp(strain[step]))
 
 
+@CLAIMS.add("K14")
+def first_contact(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the centre cell first touches after point 1 of Fig. 7, and at or before point 3."""
+    contacts = evidence.contact("isotropic")
+    first = centre_cell.first_symmetric_contact(contacts)
+    strain = np.nan if first is None else float(contacts["strain"][first])
+    after, _, until, *_ = centre_cell.SNAPSHOTS
+    printed, met = f"above {after:.2%}, by {until:.2%}", "none" if first is None else f"{strain:.2%}"
+    yield holds("first symmetric contact at strain", met, printed, after < strain <= until)
+    yield Remark(scenes=(evidence.direct["isotropic"],))
+
+
 @CLAIMS.add("K5", quantity=response.FORCE, order=("tie", "rough", "isotropic"))
 @CLAIMS.add("K6", quantity=response.LARGEST_U_Z, order=("isotropic", "tie"))
-def order(evidence: Evidence, quantity: str, order: tuple[str, ...]) -> Iterator[Row | Remark]:
+@CLAIMS.add("K15", quantity=response.FORCE, order=("tie", "rough", "isotropic"), direction="wale")
+def order(
+    evidence: Evidence, quantity: str, order: tuple[str, ...], direction: str = "course"
+) -> Iterator[Row | Remark]:
     """Yield that the reference's values of a quantity fall along interactions, each by more than both uncertainties."""
+    evidence = evidence.pulled_in(direction)
     histories = {kind: evidence.row(kind).history for kind in INTERACTIONS}
     unit, values = response.QUANTITIES[quantity]
     unit, scale = ("mm", 1e3) if unit == "m" else (unit, 1.0)
@@ -211,6 +228,10 @@ def order(evidence: Evidence, quantity: str, order: tuple[str, ...]) -> Iterator
         yield _larger(quantity, one, other, known)
     for kind, estimate in known.items():
         yield Row(f"{quantity} of the reference, {INTERACTIONS[kind]}", f"{estimate} {unit}")
+    for less in sorted(common)[:-1]:
+        earlier = {kind: reference.at(quantity, less) for kind, reference in references.items()}
+        for one, other in pairwise(order):
+            yield replace(_larger(f"{quantity} at {less:.0%} strain", one, other, earlier), grade="")
     yield from shown
     yield Remark(scenes=_three(evidence))
 
@@ -222,32 +243,40 @@ def _larger(quantity: str, one: str, other: str, values: dict[str, Estimate]) ->
     return holds(name, f"{ratio:.2f}", "> 1", values[one].larger_than(values[other]), margin=ratio)
 
 
-@CLAIMS.add("K7")
-def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
-    """Yield that ties > rough > isotropic with every smaller coefficient of friction."""
-    scenes = {name: row.scene for name, row in evidence.rows.items() if "simulation" in row.results}
-    smaller = [
-        name
-        for name, scene in scenes.items()
-        if name.startswith(FRICTION_SWEEP) and scene.value("contact.friction") <= FRICTION
-    ]
+def _coefficients(evidence: Evidence) -> dict[str, float]:
+    """Return the coefficient of friction and smaller ones than Table 1's by scene, the largest first."""
+    names = [name for name in evidence.rows if name.startswith(FRICTION_SWEEP) and evidence.has(name)]
+    friction = {name: evidence.rows[name].scene.value("contact.friction") for name in names}
+    smaller = {name: value for name, value in friction.items() if value <= FRICTION}
     if not smaller or not set(INTERACTIONS) <= set(evidence.direct):
         raise NotRun(
             f"{NO_DIRECT} ties, rough contact and several coefficients of friction, all else the same"
         )
-    isotropic, tie, rough = _three(evidence)
-    friction = {name: scenes[name].value("contact.friction") for name in (isotropic, *smaller)}
-    slides = sorted(friction, key=friction.__getitem__, reverse=True)
-    called = {tie: "ties", rough: "rough contact"} | {name: f"mu = {friction[name]:g}" for name in slides}
-    forces: dict[str, Estimate] = {}
-    for name, label in called.items():
-        base, reference = evidence.direct[scenes[name].interaction], evidence.reference_for(name)
-        if not reference.known:
-            histories = (evidence.rows[each].history for each in (base, name))
-            reference = transferred_uncertainty(evidence.reference_for(base), *histories)
-        if not reference.known:
-            raise NotRun("there is no reference of all three interactions")
-        forces[label] = reference.at(response.FORCE, max(reference.strains(response.FORCE), default=0.0))
+    main = evidence.direct["isotropic"]
+    smaller[main] = evidence.rows[main].scene.value("contact.friction")
+    return dict(sorted(smaller.items(), key=lambda each: each[1], reverse=True))
+
+
+def _force(evidence: Evidence, name: str) -> Estimate:
+    """Return the force of the reference, or else of the scene, as uncertain as its discretisation is for the base."""
+    base, reference = evidence.direct[evidence.rows[name].scene.interaction], evidence.reference_for(name)
+    if not reference.known:
+        histories = (evidence.rows[each].history for each in (base, name))
+        reference = transferred_uncertainty(evidence.reference_for(base), *histories)
+    if not reference.known:
+        raise NotRun("there is no reference of all three interactions")
+    return reference.at(response.FORCE, max(reference.strains(response.FORCE), default=0.0))
+
+
+@CLAIMS.add("K7")
+def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that ties > rough > isotropic with every smaller coefficient of friction."""
+    slides = _coefficients(evidence)
+    _, tie, rough = _three(evidence)
+    called = {tie: "ties", rough: "rough contact"} | {
+        name: f"mu = {value:g}" for name, value in slides.items()
+    }
+    forces = {label: _force(evidence, name) for name, label in called.items()}
     tests = [_larger("force", "rough contact", called[name], forces) for name in slides]
     tests.append(_larger("force", "ties", "rough contact", forces))
     yield from sorted(tests, key=lambda row: row.margin)
@@ -257,6 +286,22 @@ def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
         "the reference where it knows the problem; else uncertain by how much this discretisation is off where it does",
         (tie, rough, *slides),
     )
+
+
+@CLAIMS.add("K13")
+def softened(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that of knits that differ in friction alone the one that dissipates more in friction is softer."""
+    named = {f"mu = {value:g}": name for name, value in _coefficients(evidence).items() if value <= FRICTION}
+    if len(named) < 2:
+        raise NotRun(f"{NO_DIRECT} two coefficients of friction up to {FRICTION:g}")
+    called = {"rough contact": evidence.direct["rough"]} | named
+    forces = {label: _force(evidence, name) for label, name in called.items()}
+    share = {label: evidence.rows[name][FRICTION_SHARE] for label, name in called.items()}
+    by_share = [forces[label] for label in sorted(named, key=share.__getitem__)]
+    yield trend("force falls as the dissipated share grows", by_share, -1, "less stiff", half=False)
+    for label, known in forces.items():
+        yield Row(f"{label}: force; dissipated share of the work", f"{known} N; {share[label]:.1%}")
+    yield Remark(scenes=tuple(called.values()))
 
 
 @CLAIMS.add("K11")

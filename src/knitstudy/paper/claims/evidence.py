@@ -42,7 +42,7 @@ from knitstudy.run.catalogue import Datasets, Scenes, one, several
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
-_SOLIDS = of_cases((*CASES, "rough-course"), (*SOLIDS, *OTHER_SOLIDS))
+_SOLIDS = of_cases((*CASES, "rough-course", "rough-wale"), (*SOLIDS, *OTHER_SOLIDS))
 _VARIED = ("yarns-untied-course-p3", "inputs-*", "reading-*")
 _STRESSED = [name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))]
 # Sources of figures and tables of findings (`run.catalogue.Display`), of which `evidence_of` makes the evidence
@@ -50,11 +50,11 @@ SOURCES = {
     "results": {
         "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
         "histories": several("simulation", *MODELS, *_SOLIDS, *_VARIED, "sweep-*", "domain-hexahedra-*"),
-        "contacts": several("contacts", *_SOLIDS, *_VARIED, "dns-isotropic-*-penalty*", optional=True),
+        "contacts": several("contacts", *_SOLIDS, *_VARIED, optional=True),
         "stresses": several("stress", *_STRESSED, "reading-*-yarns-isotropic-*", optional=True),
         "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
     },
-    "files": ("paper", "reference"),
+    "files": ("paper", "reference", "mechanisms"),
     "scenes": True,
 }
 
@@ -80,6 +80,8 @@ class Evidence:
     held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
+    # ``resources/reference/mechanisms.csv``: networks of beams in which one thing at a time is changed
+    mechanisms: pd.DataFrame | None = None
     base: Evidence | None = None  # evidence of the base, which has the reference; None for the base
 
     def named(self) -> Evidence:
@@ -97,6 +99,11 @@ class Evidence:
         names = {kind: name.format(case=f"{kind}-course") for kind in INTERACTIONS}
         names |= {"untied": UNTIED[name]} if name in UNTIED else {}
         return {kind: scene for kind, scene in names.items() if self.has(scene)}
+
+    def pulled_in(self, direction: str) -> Evidence:
+        """Return the evidence with `direct` in course or wale tension; scenes go by their names."""
+        names = {kind: name.replace("-course", f"-{direction}") for kind, name in self.direct.items()}
+        return replace(self, direct={kind: name for kind, name in names.items() if self.has(name)})
 
     @cached_property
     def fabric(self) -> Fabric:
@@ -204,7 +211,7 @@ def judge(claim: str, evidence: Evidence) -> Judgement:
         rows.sort(key=lambda row: asked.worst_first and not row.grade)
         return Judgement(tuple(replace(row, grade="") for row in rows), str(error), verdict=NOT_RUN)
     if asked.worst_first:
-        rows.sort(key=lambda row: (row.grade == REPRODUCED, row.margin) if row.grade else (2, 0.0))
+        rows.sort(key=lambda row: (row.grade == REPRODUCED, row.margin) if row.tested else (2, 0.0))
     judged = Judgement(tuple(rows), remark.note, remark.scenes)
     if judged.verdict == REPRODUCED and not remark.complete:
         judged = replace(judged, verdict=NOT_RUN)

@@ -1,4 +1,4 @@
-"""Claims about the loop (G1, G2), the knit's size (S1 to S3), sweeps (K9, K10), and stress in segments (M1 to M3)."""
+"""Claims about the loop (G1, G2), the knit's size (S1 to S4), and stress in segments (M1 to M3)."""
 
 from __future__ import annotations
 
@@ -30,6 +30,7 @@ from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
+    MUCH,
     UNDECIDABLE,
     NotRun,
     Remark,
@@ -37,18 +38,15 @@ from knitstudy.paper.claims import (
     at_most,
     comparable,
     holds,
-    trend,
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF
 from knitstudy.paper.square_knits import SIZES, counted_solids, series_of
-from knitstudy.paper.sweeps import DIAMETER, HELD, SPACING, Sweep, sweeps_of
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
 # Claims S1, S3: scenes with hexahedra of the paper's size
 PAPERS_MESH, IN_CONTACT = "dns-tie-course", "dns-isotropic-course"
-FEWEST = 5  # Claims K9 and K10: least number of values of a sweep
 ALONG = 20.0  # Claim M3: angle up to which a ligament lies along the principal stress [deg]
 
 
@@ -129,6 +127,30 @@ def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     )
 
 
+@CLAIMS.add("S4")
+def exponentially(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that an exponential leaves much less of the unknowns of Table 3 than a power law of the cells in a row."""
+    printed = [evidence.printed("3", f"c{n}w{n}", "degrees of freedom") for n in SIZES]
+    left = _left(printed)
+    name, texts = "what an exponential leaves of log(unknowns), Table 3", [f"{each:.3f}" for each in left]
+    yield at_most(name, left[0], "less than a power", left[1] / MUCH, sense=left[1], text=texts[0])
+    yield Row("what a power law leaves", texts[1])
+    yield Row("exponent of the power law", f"{np.polyfit(np.log(SIZES), np.log(printed), 1)[0]:.2f}")
+    rows = (evidence.base or evidence).rows
+    if PAPERS_MESH in rows:
+        solids = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene.value("mesh"), evidence.paper)
+        ours = (f"{each:.3f}" for each in _left([solids[0].unknowns(n) for n in SIZES]))
+        yield Row("the same of this study's hexahedra, exponential; power law", "; ".join(ours))
+    yield Remark("Table 3 is the paper's own")
+
+
+def _left(unknowns: Sequence[float]) -> tuple[float, float]:
+    """Return the root mean square of what an exponential, and a power law, leave of the logarithm of unknowns."""
+    fits = (np.polyfit(x, np.log(unknowns), 1, full=True)[1] for x in (SIZES, np.log(SIZES)))
+    exponential, power = (float(np.sqrt(squares[0] / len(SIZES))) for squares in fits)
+    return exponential, power
+
+
 @CLAIMS.add("S3")
 def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that contact takes more degrees of freedom than ties."""
@@ -144,42 +166,6 @@ def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     else:
         yield comparable(name, ratio, paper, *texts, direction=ratio > 1)
     yield Remark("contact by penalties adds no degrees of freedom: missing is what the paper counts")
-
-
-@CLAIMS.add("K9", key=SPACING, sign=1)
-@CLAIMS.add("K10", key=DIAMETER, sign=-1)
-def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
-    """Yield that u_z grows (sign 1) with course spacing, falls (-1) with the diameter of the yarn."""
-    held = {
-        sweep.interaction: sweep
-        for sweep in sweeps_of(key, evidence.rows, evidence.reference)
-        if sweep.main and sweep.keep == evidence.held and len(sweep.points) >= FEWEST
-    }
-    if "isotropic" not in held:
-        raise NotRun(
-            f"the study has no sweep of {key} with {FEWEST} values, {HELD[evidence.held]} and friction"
-        )
-    claimed = "grows" if sign > 0 else "falls"
-    for kind in sorted(held):
-        u_z = [point.u_z for point in held[kind].points]
-        row = trend(f"|u_z| {claimed}, {HELD[evidence.held]}, {INTERACTIONS[kind]}", u_z, sign, claimed)
-        yield row if kind == "isotropic" else Row(row.quantity, row.ours)
-    points = held["isotropic"].points
-    ends = (f"{1e3 * points[end].u_z.value:.3f}" for end in (0, -1))
-    yield Row("from end to end", f"{' to '.join(ends)} mm")
-    for kind in sorted(held):
-        yield from _values(key, held[kind])
-    yield Remark(scenes=tuple(point.scene.name for point in points))
-
-
-def _values(key: str, sweep: Sweep) -> Iterator[Row]:
-    """Yield the values of a sweep."""
-    form, scale, unit = (".2f", 1.0, "c") if key == SPACING else (".4g", 1e3, "mm")
-    kind = INTERACTIONS[sweep.interaction]
-    for point in sweep.points:
-        yield Row(f"at {scale * point.value:{form}} {unit}, {kind}", f"{1e3 * point.u_z.value:.3f} mm")
-    off = max(point.u_z.uncertainty / point.u_z.value for point in sweep.points)
-    yield Row(f"uncertainty, {kind}", f"{off:.1%}")
 
 
 # ---- Maximum principal stress in the segments of a cell

@@ -37,7 +37,7 @@ class Reading:
     """A possible meaning of the paper, or value of an input, that differs from the base.
 
     A scene whose name matches the expression `changes` gives way to the scene with `becomes` in place of the match;
-    without an expression, all scenes are those of the base. Where the paper speaks for the base, `against` says how.
+    without an expression, all scenes are those of the base.
     """
 
     name: str = "base"
@@ -45,12 +45,13 @@ class Reading:
     choice: str = ""  # Choice that the reading decides: readings of one choice exclude each other
     reading: str = "base"  # in words
     base: str = ""  # the choice of the base, in words
-    against: str = ""
+    against: str = ""  # what the paper prints for the base
     changes: str = ""
     becomes: str = ""
     held: str = "shape"  # as in `Evidence`, like the next two
     axes: str = "local"
     normal: str = "normal_resultant"
+    favour: str = ""  # what the paper prints for the reading
 
     def scene_of(self, name: str) -> str:
         """Return the name of the scene that judges in place of one of the base."""
@@ -224,6 +225,33 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
         return said
     note = joined(row["note"], "missing is agreement of the discretisations")
     return said | {"verdict": UNDECIDABLE, "note": note}
+
+
+# ---- How many claims are reproduced, and by which rules
+
+COUNTS = "yes"  # In the column of that name; other claims are true by construction
+DATED = {
+    "before": "by rules fixed before their numbers",
+    "older base": "by rules that an older base had before this one's numbers",
+    "after": "by rules dated after their numbers",
+}
+
+
+def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
+    """Return in words how many claims are reproduced, by the day of their rules; verdicts may be older than rules."""
+    known = dict(zip(verdicts["id"], verdicts["verdict"], strict=True))
+    verdict, counts = rules["id"].map(known).fillna(NOT_RUN), rules["counts"] == COUNTS
+    dated = rules.loc[counts & (verdict == REPRODUCED), "dated"].value_counts()
+    parts = ", ".join(f"{dated.get(name, 0)} {words}" for name, words in DATED.items())
+    older = (counts & (rules["older verdict"] == REPRODUCED)).sum()
+    constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
+    text = (
+        f"Of {len(rules)} claims of the paper {dated.sum()} are reproduced: {parts}. By the rules before their changes "
+        f"{older} are. True by construction, and in none of these numbers: {', '.join(constructed)}."
+    )
+    return (
+        f"{text} Without a verdict as yet (`make verdicts`): {', '.join(missing)}." if len(missing) else text
+    )
 
 
 # ---- Combinations of readings

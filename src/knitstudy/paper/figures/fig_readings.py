@@ -24,7 +24,7 @@ VERDICTS = {
     NOT_RUN: (PAPER, "\u2013"),
 }
 UNTOUCHED = 0.3  # Opacity of cells that a reading does not change
-ROW, HEAD, FOOT, LEFT = 4.2, 58.0, 18.0, 70.0  # Height of a row, room above, below and for the readings [mm]
+ROW, HEAD, FOOT, LEFT = 4.2, 62.0, 18.0, 70.0  # Height of a row, room above, below and for the readings [mm]
 
 
 @FIGURES.add("fig_readings", "Verdicts under every reading of the paper", tables=("findings",))

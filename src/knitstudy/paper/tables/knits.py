@@ -21,6 +21,7 @@ from knitstudy.paper.columns import (
     DOF,
     EFFORT,
     FORCE,
+    FRICTION_SHARE,
     INCREMENTS,
     KRYLOV,
     MEMORY,
@@ -40,7 +41,7 @@ from knitstudy.paper.columns import (
     tabulated,
 )
 from knitstudy.paper.scene_names import solid
-from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, sweeps_of
+from knitstudy.paper.sweeps import ALONG, DIAMETER, HELD, RESULTS, SPACING, sweeps_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 # ---- Every simulation of a knit
@@ -215,9 +216,7 @@ def _checks(dns: xr.Dataset, bars: Newton) -> Iterator[tuple[Any, ...]]:
     what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
     yield f"deepest {what}", "m", response.penetration(dns), response.allowed_penetration(dns)
     yield "augmentations", "1", dns["augmentations"].sum()
-    energy = dns["energy"][-1]
-    friction = energy.sel(form="friction") / energy.sel(form="external")
-    yield "friction over external work at full load", "1", friction
+    yield FRICTION_SHARE.name, FRICTION_SHARE.unit, FRICTION_SHARE.function(dns)
     largest = response.hourglass_share(dns, "stabilisation")
     yield "largest stabilisation over internal energy", "1", largest, STABILISATION
     yield STABILISED.name, STABILISED.unit, STABILISED.function(dns), STABILISATION_AT_END
@@ -310,7 +309,7 @@ MEASURES = {
     "angle of interlock segments to x": ("interlock_angle", "deg", "interlock_angle"),
     "angle of legs to x": ("leg_angle", "deg", "leg_angle"),
 }
-SWEEPS = {SPACING: "course spacing", DIAMETER: "yarn diameter"}
+SWEEPS = {SPACING: "course spacing", ALONG: "wale spacing", DIAMETER: "yarn diameter"}
 
 
 @TABLES.add(

@@ -14,7 +14,8 @@ from knitstudy.paper.claims.evidence import SOURCES, evidence_of
 from knitstudy.run.catalogue import TABLES
 
 COLUMNS = [
-    *("id", "where", "short", "claim", "verdict", "margin", "readings", "quantity", "paper", "ours"),
+    *("id", "where", "short", "claim", "verdict", "counts", "dated", "holds if", "margin", "readings"),
+    *("quantity", "paper", "ours"),
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
     *("depends on", "note", "explanation", "see"),
 ]
@@ -56,7 +57,10 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
 def tabulate_readings(readings: pd.DataFrame, findings: pd.DataFrame) -> pd.DataFrame:
     """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading."""
     return pd.DataFrame(
-        {name: getattr(each.reading, name) for name in ("name", "choice", "reading", "base", "against")}
+        {
+            name: getattr(each.reading, name)
+            for name in ("name", "choice", "reading", "base", "favour", "against")
+        }
         | {**each.values, **each.verdicts, "claims that depend on the reading": ", ".join(each.turned)}
         for each in found.under_readings(findings, readings)
         if each.known
@@ -64,12 +68,18 @@ def tabulate_readings(readings: pd.DataFrame, findings: pd.DataFrame) -> pd.Data
 
 
 @TABLES.add("combinations", "Readings under which most claims hold together", tables=FINDINGS, order=17)
-def tabulate_combinations(readings: pd.DataFrame, findings: pd.DataFrame) -> pd.DataFrame:
+def tabulate_combinations(
+    claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFrame
+) -> pd.DataFrame:
     """Return the combinations of readings under which most claims hold, and the base, with gained and lost claims.
 
+    Claims that are true by construction are left out.
     The last column holds, in the first row, the pairs of claims that no combination reproduces together.
     """
-    combined = found.combinations_of(found.under_readings(findings, readings))
+    constructed = claims.loc[claims["counts"] != found.COUNTS, "id"]
+    combined = found.combinations_of(
+        found.under_readings(findings[~findings["claim"].isin(constructed)], readings)
+    )
     base = next(combination for combination in combined if not combination.findings)
     rows = [_combination(combination, base) for combination in [*combined[:MOST], base]]
     exclusive = found.exclusive(combined)
