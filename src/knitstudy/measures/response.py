@@ -26,14 +26,6 @@ def secant_stiffness(history: xr.Dataset) -> float:
     return float(history["force"][-1] / history["displacement"][-1])
 
 
-def tangent_stiffness(history: xr.Dataset) -> float:
-    """Return the slope of force over displacement at full load, of a parabola through the last three states [N/m]."""
-    displacement, force = (history[name].to_numpy()[-3:] for name in ("displacement", "force"))
-    if len(displacement) < 3:
-        return secant_stiffness(history)
-    return float(np.polyder(np.poly1d(np.polyfit(displacement, force, 2)))(displacement[-1]))
-
-
 def at_strain(history: xr.Dataset, strain: float, values: np.ndarray) -> float:
     """Return values (I,) of the increments, interpolated at a strain."""
     return float(np.interp(strain, history["strain"], values))

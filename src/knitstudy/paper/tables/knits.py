@@ -71,32 +71,6 @@ def _force_at(strain: float) -> Column:
     return Column(f"force at {strain:.0%} strain", "N", force)
 
 
-def _size(row: Simulation) -> tuple[float, float]:
-    """Return the size of a knit along and across the load [m].
-
-    A wale spacing from the yarn's length follows from the strain.
-    """
-    pattern, in_course = row.scene.value("pattern"), row.scene.value("load.direction") == "course"
-    height = pattern.rows * pattern.course_ratio * pattern.course_spacing
-    width = pattern.loops * pattern.wale_spacing
-    if pattern.keep == "length":
-        width = float(row.history["displacement"][-1] / row.history["strain"][-1]) if in_course else np.nan
-    return (width, height) if in_course else (height, width)
-
-
-def _per_width(row: Simulation, stiffness: float) -> float:
-    along, across = _size(row)
-    return stiffness * along / across
-
-
-def _energy_per_area(name: str, *forms: str) -> Column:
-    def energy(row: Simulation) -> float:
-        along, across = _size(row)
-        return float(row.history["energy"][-1].sel(form=list(forms)).sum()) / (along * across)
-
-    return Column(f"{name} energy per area", "J/m2", energy, of="")
-
-
 RESPONSES = (
     SCENE,
     Column("specimen", "", lambda scene: f"{cells_of(scene.value('pattern'))} knit", of="scene"),
@@ -123,18 +97,8 @@ RESPONSES = (
     Column("mesh size", "m", _element, of=""),
     Column("strain reached", "1", lambda row: row[STRAIN], of=""),
     *(_force_at(strain) for strain in (0.01, 0.03, 0.05)),
-    Column("width across the load", "m", lambda row: _size(row)[1], of=""),
-    Column("force per width", "N/m", lambda row: row.history["force"].to_numpy()[-1] / _size(row)[1], of=""),
-    Column("secant stiffness, force per width", "N/m", lambda row: _per_width(row, row[SECANT]), of=""),
-    Column(
-        "tangent stiffness, force per width",
-        "N/m",
-        lambda row: _per_width(row, response.tangent_stiffness(row.history)),
-        of="",
-    ),
+    SECANT,
     U_Z,
-    _energy_per_area("internal", "internal"),
-    _energy_per_area("dissipated", "friction", "stabilisation"),
     DOF,
     Column("unknowns", "1", lambda history: int(history.attrs["unknowns"])),
     TIME,
@@ -152,12 +116,7 @@ RESPONSES = (
     order=9,
 )
 def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
-    """Return one row a simulation; cells are empty where a model has no such key or result.
-
-    Stiffness is force per width over strain, as for a cloth: secant and tangent at the largest strain. The width across
-    the load is the height of the knit (rows times course spacing) in course tension, its width (loops times wale
-    spacing) in wale tension. Energies are over the product of the two.
-    """
+    """Return one row a simulation; cells are empty where a model has no such key or result."""
     return tabulated(rows_of(scenes, every).values(), RESPONSES)
 
 
