@@ -26,6 +26,7 @@ from knitstudy.paper.claims.verdicts import (
     Reading,
     combinations_of,
     conclude,
+    counted,
     exclusive,
     findings,
     readings_of,
@@ -184,6 +185,40 @@ def test_claims_that_no_combination_reproduces_together_exclude_each_other(sourc
     assert list(exclusive(combinations_of(actual))) == [("A", "B")]
     kept = replace(actual[1], touched=frozenset("B"))
     assert list(exclusive(combinations_of([actual[0], kept]))) == []
+
+
+def test_claims_are_counted_by_the_day_of_their_rules():
+    """Verdicts may be older than rules; what is true by construction counts nowhere."""
+    rules = pd.DataFrame(
+        [
+            ("A", "before", "yes", "reproduced"),
+            ("B", "after", "yes", "not reproduced"),
+            ("C", "after", "yes", "reproduced"),
+            ("D", "after", "true by construction: a gate", "reproduced"),
+            ("E", "before", "yes", ""),
+        ],
+        columns=["id", "dated", "counts", "older verdict"],
+    )
+    grades = {"A": "reproduced", "B": "reproduced", "C": "contradicted", "D": "reproduced"}
+    verdicts = pd.DataFrame(grades.items(), columns=["id", "verdict"])
+    assert counted(verdicts, rules) == (
+        "Of 5 claims of the paper 2 are reproduced: 1 by rules fixed before their numbers, 0 by rules from an older "
+        "base, before the numbers of this one, 1 by rules dated after their numbers. By the rules before they were "
+        "changed 2 are. True by construction, and in none of these numbers: D. Without a verdict as yet (`make "
+        "verdicts`): E."
+    )
+
+
+def test_combinations_leave_out_what_is_true_by_construction(sources):
+    found, _ = moved(sources, 1.0, 1.0)
+    claims = read_table(RESOURCES / "paper_claims.csv")
+
+    def reproduced(**counts):
+        known = claims.assign(counts=[counts.get(name, "yes") for name in claims["id"]])
+        made = TABLES.make("combinations", claims=known, readings=table(), findings=found)
+        return made.loc[0, "reproduced [1]"]
+
+    assert reproduced() == reproduced(K6="true by construction: a gate") + 1
 
 
 PLUGIN = '''

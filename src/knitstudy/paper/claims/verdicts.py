@@ -232,7 +232,7 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
 COUNTS = "yes"  # In the column of that name; other claims are true by construction
 DATED = {
     "before": "by rules fixed before their numbers",
-    "older base": "by rules that an older base had before this one's numbers",
+    "older base": "by rules from an older base, before the numbers of this one",
     "after": "by rules dated after their numbers",
 }
 
@@ -246,8 +246,8 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     older = (counts & (rules["older verdict"] == REPRODUCED)).sum()
     constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
     text = (
-        f"Of {len(rules)} claims of the paper {dated.sum()} are reproduced: {parts}. By the rules before their changes "
-        f"{older} are. True by construction, and in none of these numbers: {', '.join(constructed)}."
+        f"Of {len(rules)} claims of the paper {dated.sum()} are reproduced: {parts}. By the rules before they were "
+        f"changed {older} are. True by construction, and in none of these numbers: {', '.join(constructed)}."
     )
     return (
         f"{text} Without a verdict as yet (`make verdicts`): {', '.join(missing)}." if len(missing) else text
