@@ -137,7 +137,8 @@ def tabulate(contacts: Datasets, histories: Datasets, paper: pd.DataFrame, scene
     for recipe, by_way in found.items():
         if len(by_way) == len(WAYS):
             ratios = np.concatenate([by_way[way] for way in WAYS])
-            factors = np.where(ratios > 0, np.maximum(ratios, 1 / ratios), np.inf)
+            positive = np.where(ratios > 0, ratios, np.nan)
+            factors = np.nan_to_num(np.maximum(positive, 1 / positive), nan=np.inf)
             rows.append((*recipe, *ratios, factors.max(), int((factors <= COMPARABLE).sum())))
     names = [f"k{axis}, {way}, over the paper's [1]" for way in WAYS for axis in "xyz"]
     head = ["run", "displacement of", "strain [1]", "crossings", "normal", "axes", "average", *names]
