@@ -77,7 +77,7 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
 FINDINGS = "findings"  # The table that verdicts follow from
-FULL_TABLES, FULL_FIGURES = ("readings", "combinations", "sweeps"), ("fig11_sweeps", "fig_readings")
+FULL_TABLES, FULL_FIGURES = ("readings", "sweeps"), ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper .*$", re.MULTILINE)
 
@@ -111,8 +111,7 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     for name in FULL_TABLES:
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
         write_table(stamped(shown_elsewhere, command), FULL / f"{name}.csv")
-    combined = read_table(FULL / "combinations.csv").fillna("")
-    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem, combined)
+    page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
     for name in shown:
         sources = sources_of(figures, name)
         drawing = draw(name, **sources, scenes=figures.scenes(name))
@@ -132,7 +131,6 @@ def summarise(
     readings: pd.DataFrame,
     drawn: Collection[str],
     folder: str,
-    combinations: pd.DataFrame | None = None,
 ) -> tuple[str, list[str]]:
     """Return the page of verdicts, and the figures that it shows.
 
@@ -149,8 +147,6 @@ def summarise(
         Names of figures.
     folder : str
         Folder of the pictures, from the page.
-    combinations : DataFrame, optional
-        Combinations of readings, the table ``combinations``.
     """
     shown: list[str] = []
     rows = verdicts.fillna("").to_dict("records")
@@ -172,7 +168,6 @@ def summarise(
         counted=counted(verdicts, verdicts),
         grades=(*reversed(GRADES), NOT_RUN),
         readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
-        combinations=[] if combinations is None else combinations.to_dict("records"),
         made=rows[0]["made"],
         simulations=rows[0]["simulations"],
     )

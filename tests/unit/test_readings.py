@@ -1,6 +1,5 @@
 """Readings of the paper: their scenes, the claims that they touch, and the verdicts that follow."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -21,13 +20,10 @@ from knitstudy.paper.claims import CLAIMS
 from knitstudy.paper.claims.evidence import evidence_of
 from knitstudy.paper.claims.verdicts import (
     INPUT,
-    OPEN,
     READING,
     Reading,
-    combinations_of,
     conclude,
     counted,
-    exclusive,
     findings,
     readings_of,
     under_readings,
@@ -148,7 +144,7 @@ def test_findings_say_the_same_from_their_file(sources, tmp_path):
     found, _ = moved(sources, 1.0, 0.3)
     write_table(found, path := tmp_path / "findings.csv")
     known = {"claims": claims, "readings": readings}
-    for name in ("verdicts", "readings", "combinations"):
+    for name in ("verdicts", "readings"):
         made = (TABLES.make(name, **known, findings=each) for each in (found, read_table(path)))
         pd.testing.assert_frame_equal(*made)
 
@@ -164,27 +160,6 @@ def moved(sources, base, slippery):
     own = reference["problem"] == problem_of(sources["scenes"]["yarns-isotropic-course"])
     reference.loc[own & (reference["quantity"] == LARGEST_U_Z), ["value", "uncertainty"]] *= base
     return found_with(sources | {"reference": reference}, factors)
-
-
-def test_combinations_hold_the_claims_of_their_readings(sources):
-    """K6 holds with less friction alone; loose yarns touch it as well, so that both together leave it open."""
-    combined = combinations_of([*moved(sources, 0.3, 1.0)[1].values()])
-    names = [tuple(each.reading.name for each in one.findings) for one in combined]
-    assert sorted(names) == [(), ("loose",), ("slippery",), ("slippery", "loose")]
-    by_name = dict(zip(names, combined, strict=True))
-    assert "K6" in by_name["slippery",].holding - by_name[()].holding
-    assert by_name["slippery", "loose"].verdicts["K6"] == OPEN
-    assert names[0] == ("slippery",)
-
-
-def test_claims_that_no_combination_reproduces_together_exclude_each_other(sources):
-    base, slippery, *_ = moved(sources, 1.0, 1.0)[1].values()
-    verdicts = {"A": "reproduced", "B": "contradicted"}
-    other = {"A": verdicts["B"], "B": verdicts["A"]}
-    actual = [replace(base, verdicts=verdicts), replace(slippery, verdicts=other, touched=frozenset("AB"))]
-    assert list(exclusive(combinations_of(actual))) == [("A", "B")]
-    kept = replace(actual[1], touched=frozenset("B"))
-    assert list(exclusive(combinations_of([actual[0], kept]))) == []
 
 
 def test_claims_are_counted_by_the_day_of_their_rules():
@@ -209,16 +184,20 @@ def test_claims_are_counted_by_the_day_of_their_rules():
     )
 
 
-def test_combinations_leave_out_what_is_true_by_construction(sources):
-    found, _ = moved(sources, 1.0, 1.0)
+def test_readings_gain_and_lose_claims_that_count(sources):
+    """Friction moves less far than ties at the base, further with less friction: K6, unless it counts nowhere."""
+    found, _ = moved(sources, 0.3, 1.0)
     claims = read_table(RESOURCES / "paper_claims.csv")
 
-    def reproduced(**counts):
+    def readings(**counts):
         known = claims.assign(counts=[counts.get(name, "yes") for name in claims["id"]])
-        made = TABLES.make("combinations", claims=known, readings=table(), findings=found)
-        return made.loc[0, "reproduced [1]"]
+        return TABLES.make("readings", claims=known, readings=table(), findings=found).set_index("name")
 
-    assert reproduced() == reproduced(K6="true by construction: a gate") + 1
+    usual, other = readings(), readings(K6="true by construction: a gate")
+    assert "K6" in usual.loc["slippery", "gained"].split(", ")
+    assert "K6" not in other.loc["slippery", "gained"].split(", ")
+    assert usual.loc["slippery", "reproduced [1]"] == other.loc["slippery", "reproduced [1]"] + 1
+    assert usual.loc["base", ["gained", "lost"]].tolist() == ["", ""]
 
 
 PLUGIN = '''

@@ -1,12 +1,8 @@
-"""Readings of the paper, the verdicts under every reading, and combinations of readings.
+"""Readings of the paper, the verdicts under every reading, and how many claims are reproduced by which rules.
 
 A reading is a row of ``resources/reference/readings.csv``: a meaning of the paper where the base takes another one
 (kind "reading"), or another value of an input (kind "input"), and which scenes judge a claim in place of the base's.
-
-Readings of one choice (for example of the joints) exclude each other; a combination takes the base or one reading of
-every choice. A claim that no reading of the combination touches has the verdict of the base. A claim that one reading
-touches has the verdict under that reading. A claim that several readings touch needs a simulation with all of them and
-stays open.
+Readings of one choice (for example of the joints) exclude each other.
 """
 
 from __future__ import annotations
@@ -14,8 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 from math import nan
 from typing import Any
 
@@ -252,50 +247,3 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     return (
         f"{text} Without a verdict as yet (`make verdicts`): {', '.join(missing)}." if len(missing) else text
     )
-
-
-# ---- Combinations of readings
-
-OPEN = "open: several readings of the combination touch the claim"
-
-
-@dataclass(frozen=True)
-class Combination:
-    """Findings of one reading of every choice, of which the base is none, and the verdict of every claim."""
-
-    findings: tuple[Finding, ...]
-    verdicts: Mapping[str, str]
-
-    @cached_property
-    def holding(self) -> frozenset[str]:
-        """Claims that are reproduced."""
-        return frozenset(claim for claim, verdict in self.verdicts.items() if verdict == REPRODUCED)
-
-
-def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
-    """Return the combinations of all readings that a study has, those under which most claims hold first."""
-    base, *others = findings
-    choices: dict[str, list[tuple[Finding, ...]]] = {}
-    for finding in others:
-        if finding.reading.kind == READING and finding.known:
-            choices.setdefault(finding.reading.choice, [()]).append((finding,))
-    combined = [_combined(base, sum(chosen, ())) for chosen in product(*choices.values())]
-    return sorted(combined, key=lambda combination: (-len(combination.holding), len(combination.findings)))
-
-
-def _combined(base: Finding, chosen: tuple[Finding, ...]) -> Combination:
-    verdicts = {}
-    for claim, usual in base.verdicts.items():
-        touching = [finding.verdicts[claim] for finding in chosen if claim in finding.touched]
-        verdicts[claim] = OPEN if len(touching) > 1 else (touching or [usual])[0]
-    return Combination(chosen, verdicts)
-
-
-def exclusive(combined: Sequence[Combination]) -> Iterator[tuple[str, str]]:
-    """Yield the pairs of claims that both hold under some combination, but under none together."""
-    together = {combination.holding for combination in combined}
-    for pair in combinations(combined[0].verdicts, 2):
-        if all(any(claim in holding for holding in together) for claim in pair) and not any(
-            {*pair} <= holding for holding in together
-        ):
-            yield pair

@@ -1,14 +1,13 @@
-"""The findings, and what follows from them: verdicts on claims, verdicts under readings, combinations of readings."""
+"""The findings, and what follows from them: verdicts on claims, and verdicts under readings."""
 
 from __future__ import annotations
 
-from collections import Counter
 from typing import Any
 
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.paper.claims import CONTRADICTED, DIRECTION, NOT_RUN, REPRODUCED, UNDECIDABLE
+from knitstudy.paper.claims import REPRODUCED
 from knitstudy.paper.claims import verdicts as found
 from knitstudy.paper.claims.evidence import SOURCES, evidence_of
 from knitstudy.run.catalogue import TABLES
@@ -19,7 +18,6 @@ COLUMNS = [
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
     *("depends on", "note", "explanation", "see"),
 ]
-MOST = 12  # Combinations that the table shows
 FINDINGS = ("findings",)  # The table that others, and a figure, are made from
 
 
@@ -54,47 +52,21 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
 
 
 @TABLES.add("readings", "Claims under every reading of the paper", tables=FINDINGS, order=16)
-def tabulate_readings(readings: pd.DataFrame, findings: pd.DataFrame) -> pd.DataFrame:
-    """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading."""
+def tabulate_readings(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading.
+
+    Claims that are true by construction have verdicts, and are not counted.
+    """
+    counting = [*claims.loc[claims["counts"] == found.COUNTS, "id"]]
+    known = [each for each in found.under_readings(findings, readings) if each.known]
+    held = [{claim for claim in counting if each.verdicts[claim] == REPRODUCED} for each in known]
     return pd.DataFrame(
         {
             name: getattr(each.reading, name)
             for name in ("name", "choice", "reading", "base", "favour", "against")
         }
+        | {"reproduced [1]": len(own)}
+        | {"gained": ", ".join(sorted(own - held[0])), "lost": ", ".join(sorted(held[0] - own))}
         | {**each.values, **each.verdicts, "claims that depend on the reading": ", ".join(each.turned)}
-        for each in found.under_readings(findings, readings)
-        if each.known
+        for each, own in zip(known, held, strict=True)
     )
-
-
-@TABLES.add("combinations", "Readings under which most claims hold together", tables=FINDINGS, order=17)
-def tabulate_combinations(
-    claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFrame
-) -> pd.DataFrame:
-    """Return the combinations of readings under which most claims hold, and the base, with gained and lost claims.
-
-    Claims that are true by construction are left out.
-    The last column holds, in the first row, the pairs of claims that no combination reproduces together.
-    """
-    constructed = claims.loc[claims["counts"] != found.COUNTS, "id"]
-    combined = found.combinations_of(
-        found.under_readings(findings[~findings["claim"].isin(constructed)], readings)
-    )
-    base = next(combination for combination in combined if not combination.findings)
-    rows = [_combination(combination, base) for combination in [*combined[:MOST], base]]
-    exclusive = found.exclusive(combined)
-    rows[0]["claims that exclude each other"] = ", ".join(" and ".join(pair) for pair in exclusive)
-    return pd.DataFrame(rows).fillna("")
-
-
-def _combination(combined: found.Combination, base: found.Combination) -> dict[str, object]:
-    words = [f"{finding.reading.choice}: {finding.reading.reading}" for finding in combined.findings]
-    counts = Counter(combined.verdicts.values())
-    return {
-        "combination": "; ".join(words) or "base",
-        **{f"{grade} [1]": counts[grade] for grade in (REPRODUCED, DIRECTION, CONTRADICTED, UNDECIDABLE)},
-        "open [1]": counts[found.OPEN] + counts[NOT_RUN],
-        "gained": ", ".join(sorted(combined.holding - base.holding)),
-        "lost": ", ".join(sorted(base.holding - combined.holding)),
-        "against": "; ".join(filter(None, (finding.reading.against for finding in combined.findings))),
-    }
