@@ -270,9 +270,9 @@ KEEPERS = {
 # All tables
 
 TARGETS = {
+    "mechanisms": ("reference/mechanisms.csv", 7),
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
-    "mechanisms": ("reference/mechanisms.csv", 7),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
     "reference": ("reference/reference.csv", 90),

@@ -9,8 +9,8 @@ import synthetic
 from knitstudy.files import read_table, write_dataset
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.measures.reference import problem_of, reference_of
-from knitstudy.measures.response import FORCE, STRAINS, rms_out_of_plane
-from knitstudy.paper.tables.reference import values_of
+from knitstudy.measures.response import FORCE, LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
+from knitstudy.paper.tables.reference import limits, values_of
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes, load_study
 from knitstudy.run.plan import Plan
@@ -72,6 +72,17 @@ def test_rows_of_two_ways(sources, solid):
     assert last["unit"] == "N"
     assert last["discretisations"] == ("one-point hexahedra 0.45, 0.3 mm; quadratic hexahedra 0.45, 0.3 mm")
     assert table["uncertainty"].notna().all()
+
+
+def test_both_quantities_of_u_z_are_as_uncertain_as_the_less_certain_one(sources):
+    """The root mean square of one element is 5 % larger, the largest |u_z| of both the same, by chance."""
+    values = values_of(sources["histories"], sources["contacts"])
+    here = (values["quantity"] == RMS_U_Z) & values["scene"].str.contains("quadratic")
+    values.loc[here, "value"] *= 1.05
+    table = limits(values, sources["scenes"]).set_index(["quantity", "strain [1]"])
+    share = table["uncertainty from disagreement"] / table["value"]
+    assert share[RMS_U_Z, 0.05] == pytest.approx(0.05 / 1.025, rel=1e-2)
+    assert share[LARGEST_U_Z, 0.05] == pytest.approx(share[RMS_U_Z, 0.05])
 
 
 def test_one_way_or_one_mesh_makes_no_reference(knit, solid):
