@@ -353,6 +353,15 @@ def with_harmless_ties(evidence, name):
     return with_direct(evidence, "untied", **{name: evidence.rows["isotropic"].history[name]})
 
 
+def test_where_nothing_touches_there_are_no_normals_to_compare(evidence):
+    contacts = evidence.rows["isotropic"].results["contacts"]
+    judged = judge("R10", with_contacts(evidence, contacts.assign(zones=0 * contacts["zones"])))
+    assert (judged.verdict, judged.note) == (
+        "not yet run",
+        "at no free interlock do both contacts of a side touch",
+    )
+
+
 def test_wale_tension_is_of_the_scenes_that_are_pulled_along_wales(evidence):
     base = replace(evidence, direct={kind: f"dns-{kind}-course" for kind in ("tie", "rough", "isotropic")})
     assert base.pulled_in("wale").direct == {kind: f"dns-{kind}-wale" for kind in ("tie", "isotropic")}

@@ -199,7 +199,8 @@ def _springs(evidence: Evidence, name: str, axes: str | None = None) -> Floats:
 @CLAIMS.add("R10")
 def same_normals(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that both contacts on a side of an interlock, P1 and P2, have one normal, by one of its meanings."""
-    angles = _between_normals(evidence)
+    if not (angles := _between_normals(evidence)):
+        raise NotRun("at no free interlock do both contacts of a side touch")
     best = min(angles, key=lambda meaning: angles[meaning].mean())
     mean, largest = angles[best].mean(), angles[best].max()
     name, text = "angle between the normals at P1 and P2, mean; largest", "{:.0f}°; {:.0f}°"
@@ -216,13 +217,13 @@ def same_normals(evidence: Evidence) -> Iterator[Row | Remark]:
 
 
 def _between_normals(evidence: Evidence) -> dict[str, Floats]:
-    """Return the angles between the normals at P1 and P2 of free interlocks by the meaning of a normal [deg]."""
+    """Return the angles between the normals at P1 and P2 of free interlocks in contact [deg], by the meaning of a normal."""
     contacts = evidence.contact("isotropic")
     both = partners(contacts)
     free = ~contacts["tied"].to_numpy().astype(bool) & (contacts["zones"].to_numpy()[-1] > 0)
     free &= free[both]
     angles = {}
-    for meaning, reading in MEANINGS.items():
+    for meaning, reading in MEANINGS.items() if free.any() else ():
         normal = contact_normals(contacts, reading)[free], contact_normals(contacts, reading)[both[free]]
         angles[meaning] = np.degrees(np.arccos(np.clip(np.abs(np.sum(np.multiply(*normal), axis=1)), 0, 1)))
     return angles
