@@ -217,7 +217,7 @@ def same_normals(evidence: Evidence) -> Iterator[Row | Remark]:
 
 
 def _between_normals(evidence: Evidence) -> dict[str, Floats]:
-    """Return the angles between the normals at P1 and P2 of free interlocks in contact [deg], by the meaning of a normal."""
+    """Return angles between the normals at P1 and P2 of free interlocks in contact [deg] by the meaning of a normal."""
     contacts = evidence.contact("isotropic")
     both = partners(contacts)
     free = ~contacts["tied"].to_numpy().astype(bool) & (contacts["zones"].to_numpy()[-1] > 0)
