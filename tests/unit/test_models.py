@@ -43,7 +43,7 @@ class KnitOfWires(Knit):
 
 MODELS.register(
     Model(
-        name="wires", meaning="rigidly joined wires", label="wires", parts=(KnitOfWires,), build=build
+        name="wires", meaning="rigidly joined wires", parts=(KnitOfWires,), build=build
     )
 )
 """

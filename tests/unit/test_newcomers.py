@@ -82,7 +82,7 @@ class KnitOfThreads(Knit):
 
 
 build = later("threads_of_a_test.build:build")
-MODELS.register(Model("threads", "many threads", "threads", (KnitOfThreads,), build))
+MODELS.register(Model("threads", "many threads", (KnitOfThreads,), build))
 """
 
 

@@ -145,7 +145,7 @@ class GrownKnit(Knit):
 @pytest.fixture
 def grown(scene, monkeypatch):
     """Function to a scene of a model with such a section."""
-    model = Model("growing", "a model that grew", "grown", (GrownKnit,), build=None)
+    model = Model("growing", "a model that grew", (GrownKnit,), build=None)
     monkeypatch.setitem(MODELS._entries, model.name, model)
     return lambda **keys: scene.vary(
         {"fidelity": "growing", "outputs": [], "grown.old": 2.0}

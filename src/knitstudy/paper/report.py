@@ -332,7 +332,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
     history = read_dataset(path)
     scene, _ = scenes_of(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
-    title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
+    title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
     return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS)
 
 

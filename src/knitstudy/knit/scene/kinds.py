@@ -49,9 +49,9 @@ class Labels(Section):
     specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS.all()))
     """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
     fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
-    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
+    """Sections 2.3 to 2.6 of the paper: solids, networks of beams; section 3.3: beams in contact. Checked: all."""
     interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS.all()))
-    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
+    """Section 2.2, Fig. 2 and Table 1: ties, rough contact, Coulomb friction. Checked: all."""
     outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
     """No result depends on them. Checked: all."""
 
@@ -118,7 +118,6 @@ class Model:
 
     name: str  # value of the key `fidelity`
     meaning: str
-    label: str  # in figures and tables
     parts: tuple[type[Part], ...]  # the classes of scenes that it models
     # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
     build: Callable[..., Any]

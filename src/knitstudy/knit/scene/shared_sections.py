@@ -175,7 +175,7 @@ class SolidGates(SpatialGates):
     """Forces are wrong by about as much, docs/reference/gates.md. Checked: 0.05."""
 
 
-# Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
+# Reduced models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
 
 
 class Joints(Section):
@@ -188,5 +188,5 @@ class Joints(Section):
         allowed="the name of the scene of solid yarns with the contacts (empty: the geometry predicts them)",
         default=None,
     )
-    """The DNS whose contact zones make the joints (sections 2.4, 2.5). Checked: one DNS a knit, and none (scenes
-    trade-*-rom*): tied knits carry the same within 1e-13."""
+    """The solid yarns whose contact zones make the joints (sections 2.4, 2.5). Checked: one simulation a knit, and none
+    (scenes trade-*-rom*): tied knits carry the same within 1e-13."""

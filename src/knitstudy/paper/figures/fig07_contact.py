@@ -16,6 +16,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 from knitstudy.measures.response import deformed_centrelines
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.scene_names import of_solid
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
@@ -36,7 +37,6 @@ from knitstudy.use.style import (
     ACCENT,
     FAINT,
     INCH,
-    INTERACTIONS,
     MEGAPASCAL,
     MILLIMETRE,
     PERCENT,

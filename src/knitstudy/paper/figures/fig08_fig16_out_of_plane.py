@@ -22,6 +22,7 @@ from knitstudy.measures.response import (
     rms_out_of_plane,
     transverse_contraction,
 )
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.paper.scene_names import network, of_solid, solid
 from knitstudy.run.catalogue import FIGURES, Results, Scenes
@@ -43,7 +44,6 @@ from knitstudy.use.style import (
     FAINT,
     INCH,
     INK,
-    INTERACTIONS,
     MILLIMETRE,
     PERCENT,
     Style,

@@ -16,11 +16,12 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.cases import label_of
+from knitstudy.paper.figures import DIRECT, MODELS
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.paper.scene_names import BEAM_MODELS, of_case, solid
 from knitstudy.paper.square_knits import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, one, several
-from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
+from knitstudy.use.style import ACCENT, DOUBLE, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {

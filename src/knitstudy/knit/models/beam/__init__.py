@@ -113,7 +113,6 @@ MODELS.register(
     Model(
         name="beam",
         meaning="beams in contact",
-        label="beams",
         parts=(Beams, CellOfBeams),
         build=later("knitstudy.knit.models.beam.build:build"),
         look=("#00704F", "-", "P"),

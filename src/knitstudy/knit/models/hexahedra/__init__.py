@@ -110,7 +110,6 @@ MODELS.register(
     Model(
         name="hexahedra",
         meaning="solid yarns of hexahedra",
-        label="DNS",
         parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),
         solid=True,
         outputs=("fields", "vtu", "deck"),

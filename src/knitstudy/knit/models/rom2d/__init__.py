@@ -63,7 +63,6 @@ MODELS.register(
     Model(
         name="rom2d",
         meaning="a planar honeycomb of beams",
-        label="2D ROM",
         parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
         build=later("knitstudy.knit.models.rom2d.build:build"),

@@ -110,7 +110,6 @@ MODELS.register(
     Model(
         name="rom3d",
         meaning="a spatial network of beams",
-        label="3D ROM",
         parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
         build=later("knitstudy.knit.models.rom3d.build:build"),

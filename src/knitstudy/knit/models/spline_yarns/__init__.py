@@ -178,7 +178,6 @@ MODELS.register(
     Model(
         name="spline_yarns",
         meaning="solid yarns of polynomials times splines",
-        label="DNS",
         parts=(
             TiedSplineYarns,
             SplineYarns,
