@@ -21,6 +21,7 @@ from PIL import Image, UnidentifiedImageError
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
 from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
 from knitstudy.run.configuration import load_study
 from knitstudy.run.plan import Plan
@@ -48,7 +49,8 @@ def render(
     notes: Sequence[str] = (),
     kept: pd.DataFrame | None = None,
     full: Path | None = None,
-    turning: str = "",
+    turning: tuple[str, Scene | None] = ("", None),
+    page: Path = Path(),
 ) -> str:
     """Return the page.
 
@@ -73,8 +75,10 @@ def render(
         Verdicts of the full study, shown beside the verdicts of this one.
     full : Path, optional
         Folder of tables (CSV) and pictures (PNG) of the full study, which replace the ones of a smaller study.
-    turning : str, optional
-        Page of a knit that turns in the browser (`paper.report`).
+    turning : (str, Scene), optional
+        Page of a knit that turns in the browser, and its scene (`turning_knit`), which says what is pulled.
+    page : Path, optional
+        Where the page will be: links to files of the full study begin there.
 
     Raises
     ------
@@ -96,21 +100,28 @@ def render(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
-    environment.globals |= {"value": partial(value, results), "verdicts": claims}
+    environment.globals |= {"value": partial(value, results), "key": partial(key, turning[1])}
+    environment.globals |= {"verdicts": claims}
     figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
-    for shown, ending in ((figures, "png"), (tables, "csv")):
+    for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
         for name, entry in shown.items():
-            entry["title"] += " (of the full study)" if f"{name}.{ending}" in instead else ""
+            entry["file"], entry["own"] = f"{kind}/{name}.{ending}", f"{name}.{ending}" not in instead
+            if not entry["own"]:
+                entry["file"] = Path(os.path.relpath(instead[f"{name}.{ending}"], page.parent)).as_posix()
+                entry["title"] += " (of the full study)"
     opening = captions["opening"]
-    sentences = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
+    said = {
+        part: [_filled(environment, f"sentence {text!r}", text) for text in opening[part]]
+        for part in ("pulled", "sentences")
+    }
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
-        turning=turning,
-        sentences=[text for text in sentences if NOTHING not in text],
+        turning=turning[0],
+        said={part: [text for text in texts if NOTHING not in text] for part, texts in said.items()},
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
@@ -193,8 +204,20 @@ def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Seque
         ) from error
 
 
-def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
-    """Return one number of a table for a caption; the row is named by its cell in the first column.
+def key(scene: Scene | None, name: str, form: str = ".3g", unit: float = 1.0) -> str:
+    """Return the number of a dotted key of a scene, in a unit, for a caption; a dash where there is no scene."""
+    return NOTHING if scene is None else format(scene.value(name) / unit, form)
+
+
+def value(
+    results: Mapping[str, pd.DataFrame],
+    table: str,
+    row: str,
+    column: str,
+    form: str = ".3g",
+    unit: float = 1.0,
+) -> str:
+    """Return one number of a table in a unit for a caption; the row is named by its cell in the first column.
 
     Returns a dash if the study lacks the scenes of the table or of the row. Raises ConfigurationError if no such table,
     row or column exists.
@@ -215,7 +238,7 @@ def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str
             f"{', '.join(map(str, names))}, columns {', '.join(map(str, frame.columns))}"
         )
     number = frame.loc[names == row, column].iloc[0]
-    return NOTHING if pd.isna(number) else format(number, form)
+    return NOTHING if pd.isna(number) else format(number / unit, form)
 
 
 def cells(table: pd.DataFrame) -> pd.DataFrame:
@@ -315,8 +338,8 @@ class ScreenPicture:
 CORNERS = 120_000  # of all increments at most: about 1 MB
 
 
-def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
-    """Return the page of the first of some scenes whose history is among the data files; an empty text where none is.
+def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scene | None]:
+    """Return page and scene of the first of some scenes whose history is among the data files; nothing where none is.
 
     Parameters
     ----------
@@ -328,12 +351,12 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
     histories = {path.stem: path for path in data if path.parent.name == "simulation"}
     path = next((histories[name] for name in wanted if name in histories), None)
     if path is None:
-        return ""
+        return "", None
     history = read_dataset(path)
     scene, _ = scenes_of(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
     title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
-    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS)
+    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS), scene
 
 
 # ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's

@@ -72,7 +72,7 @@ def draw(
         curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
         axes = place(drawing, 0.11, 12.0, 0.5, low - 20.0)
         draw_curves(axes, [replace(curve, value=curve.value / full)], "force, as in (b)", "1", "course")
-        panel_letter(axes, "c", "the same without tied rows")
+        panel_letter(axes, "c", "solid yarns without tied rows")
     if geometry is not None:
         axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
         _draw_size(axes, geometry, scenes["geometry"].value("mesh"), paper)
@@ -85,13 +85,13 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame)
     for model in counted_models(fabric_of(geometry), mesh, paper):
         ink = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
-            lines.append((model.name.removesuffix(", ties"), model.unknowns, ink, "-"))
+            lines.append((model.name, model.unknowns, ink, "-"))
         else:
             lines.append(("hexahedra, contact by multipliers", model.multiplied, ink, "--"))
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end, above = law(SHOWN[-1]), {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)
+        end, above = law(SHOWN[-1]), {"hexahedra, ties": -14, "paper, contact: its law": 6}.get(name, 0)
         look: Style = {"textcoords": "offset points", "va": "center", "color": colour}
         axes.annotate(f"{name}: {end / 1e6:.3g} million", (SHOWN[-1], end), (5, above), **look)
     rows = paper[
