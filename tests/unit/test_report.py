@@ -11,7 +11,7 @@ import yaml
 from matplotlib.figure import Figure
 from refusals import refusal
 
-from knitstudy.paper.report import numbers, render
+from knitstudy.paper.report import age_warning, numbers, render
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use.style import save
 
@@ -175,3 +175,14 @@ def test_a_knit_turns_and_its_keys_say_what_is_pulled(results, plain_scene):
     assert 'srcdoc="&lt;b&gt;knit' in page
     assert f"<p>{1e3 * plain_scene.yarn.diameter:.2g} mm thick.</p>" in page
     assert "mm thick" not in render(*arguments, "reduced")
+
+
+def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
+    kept = tmp_path / "scenes.csv"
+    kept.write_text("scene,keys,made\na,1,2026-11-28\nb,0x2,2026-11-28\n")
+    arguments = kept, "keys"
+    assert age_warning(*arguments, {"b": "0x2", "a": "1"}, "Values", "reference") == ""
+    warning = age_warning(*arguments, {"a": "1", "b": "0x3", "c": "4"}, "Values", "reference")
+    assert (
+        warning == "Values were kept on 2026-11-28, without b, c as today: `make reference` makes them anew."
+    )

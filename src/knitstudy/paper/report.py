@@ -20,11 +20,10 @@ from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
-from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
+from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
+from knitstudy.run.catalogue import FIGURES, TABLES, Display
 from knitstudy.run.configuration import load_study
-from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
 from knitstudy.run.store import scenes_of
 from knitstudy.use.deformed import deformed, page_of
@@ -36,6 +35,7 @@ BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for eac
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
+NAMED = 5  # scenes or claims that a warning names
 ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
 
 
@@ -74,7 +74,7 @@ def render(
     kept : DataFrame, optional
         Verdicts of the full study, shown beside the verdicts of this one.
     full : Path, optional
-        Folder of tables (CSV) and pictures (PNG) of the full study, which replace the ones of a smaller study.
+        Folder of tables (CSV) and pictures (PNG) of the full study, shown in place of those of a smaller study.
     turning : (str, Scene), optional
         Page of a knit that turns in the browser, and its scene (`turning_knit`), which says what is pulled.
     page : Path, optional
@@ -89,12 +89,12 @@ def render(
         When a picture cannot be read.
     """
     instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
-    pictures = [instead.get(path.name, path) for path in pictures]
-    results = {
+    drawn = {path.name: path for path in pictures}
+    drawn |= {name: path for name, path in instead.items() if path.suffix == ".png"}
+    results = dict(results) | {
         name: read_table(instead[f"{name}.csv"]).drop(columns=[*STAMP], errors="ignore")
+        for name in TABLES.names()
         if f"{name}.csv" in instead
-        else table
-        for name, table in results.items()
     }
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
@@ -102,7 +102,7 @@ def render(
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
     environment.globals |= {"value": partial(value, results), "key": partial(key, turning[1])}
     environment.globals |= {"verdicts": claims}
-    figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
+    figures = {path.stem: _figure(path, captions, results, environment) for path in drawn.values()}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
     for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
         for name, entry in shown.items():
@@ -209,15 +209,8 @@ def key(scene: Scene | None, name: str, form: str = ".3g", unit: float = 1.0) ->
     return NOTHING if scene is None else format(scene.value(name) / unit, form)
 
 
-def value(
-    results: Mapping[str, pd.DataFrame],
-    table: str,
-    row: str,
-    column: str,
-    form: str = ".3g",
-    unit: float = 1.0,
-) -> str:
-    """Return one number of a table in a unit for a caption; the row is named by its cell in the first column.
+def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
+    """Return one number of a table for a caption; the row is named by its cell in the first column.
 
     Returns a dash if the study lacks the scenes of the table or of the row. Raises ConfigurationError if no such table,
     row or column exists.
@@ -238,7 +231,7 @@ def value(
             f"{', '.join(map(str, names))}, columns {', '.join(map(str, frame.columns))}"
         )
     number = frame.loc[names == row, column].iloc[0]
-    return NOTHING if pd.isna(number) else format(number / unit, form)
+    return NOTHING if pd.isna(number) else format(number, form)
 
 
 def cells(table: pd.DataFrame) -> pd.DataFrame:
@@ -359,40 +352,44 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
     return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS), scene
 
 
-# ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's
+# ---- Warnings where tables that ``benchmarks/keep.py`` keeps are of other scenes or rules than today's
 
-STUDY, VERDICTS = "full", "verdicts"
-
-VERDICTS_KEPT = RESOURCES / "verdicts.csv"
-"""Verdicts of the full study, which the report of every study shows."""
-
-REFERENCE = RESOURCES / "reference" / "reference.csv"
-"""Reference values; a file beside it has the values of single simulations."""
-
-SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
+VERDICTS = RESOURCES / "verdicts.csv"  # of the full study
+FULL_SCENES = RESOURCES / "full" / "scenes.csv"  # behind these verdicts
+REFERENCE_VALUES = (
+    RESOURCES / "reference" / "reference_values.csv"
+)  # of single simulations, behind the reference
 
 
-def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
-    """Return a warning where rows of a kept table have another digest; else an empty text.
+def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> list[str]:
+    """Return what has changed since verdicts and reference were kept; `claims` is the table of today's rules.
 
-    `what` names the rows in the plural, `target` is the target of make for them.
+    Code does not count: ``tests/regression`` fails where it changes numbers.
+    """
+
+    def keys(study: str) -> dict[str, str]:
+        return {name: scenes[name].hash for name in load_study(study, config)}
+
+    rules = read_table(claims, needs=("id", "rule")).set_index("id")["rule"]
+    full = "Verdicts of the full study", "verdicts"
+    warnings = (
+        age_warning(FULL_SCENES, "keys", keys("full"), *full),
+        age_warning(VERDICTS, "rule", rules.to_dict(), *full),
+        age_warning(REFERENCE_VALUES, "keys", keys("reference"), "Values of the reference", "reference"),
+    )
+    return [warning for warning in warnings if warning]
+
+
+def age_warning(kept: Path, column: str, today: Mapping[str, str], what: str, target: str) -> str:
+    """Return a warning where a column of a kept table differs from today's, by its first column; else an empty text.
+
+    `what` names the kept rows in the plural, `target` is the target of make for them.
     """
     table = read_table(kept, needs=(column, "made"))
-    if set(table[column].astype(str)) == {wanted}:
+    before = dict(zip(table[table.columns[0]], table[column], strict=True))
+    changed = [name for name, wanted in today.items() if before.get(name) != wanted]
+    if not changed:
         return ""
     days = ", ".join(sorted(set(table["made"].astype(str))))
-    why = "code or scenes have changed since, or not all had been run"
-    return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
-
-
-def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:
-    """Return the figures or tables of the full study that can be made of scenes by their names."""
-    scenes = [plan.scenes[name] for name in names]
-    return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
-
-
-def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
-    """Return a warning where the kept verdicts were made by other code or scenes than today's; else an empty text."""
-    displays = full_study(TABLES, plan, load_study(STUDY, config), config)
-    wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
-    return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)
+    which = ", ".join([*changed[:NAMED], *(["..."] if changed[NAMED:] else [])])
+    return f"{what} were kept on {days}, without {which} as today: `make {target}` makes them anew."
