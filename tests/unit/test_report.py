@@ -179,10 +179,10 @@ def test_a_knit_turns_and_its_keys_say_what_is_pulled(results, plain_scene):
 
 def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
     kept = tmp_path / "scenes.csv"
-    kept.write_text("scene,keys,made\na,1,2026-11-28\nb,0x2,2026-11-28\n")
-    arguments = kept, "keys"
-    assert age_warning(*arguments, {"b": "0x2", "a": "1"}, "Values", "reference") == ""
-    warning = age_warning(*arguments, {"a": "1", "b": "0x3", "c": "4"}, "Values", "reference")
-    assert (
-        warning == "Values were kept on 2026-11-28, without b, c as today: `make reference` makes them anew."
-    )
+    kept.write_text("scene,keys,made\na,0x1,2026-11-28\nb,0x2,2026-11-28\n")
+    assert age_warning(kept, "keys", {"b": "0x2", "a": "0x1", "later": "3"}, "Values", "reference") == ""
+    for today in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
+        warning = age_warning(kept, "keys", today, "Values", "reference")
+        assert warning == (
+            "Values were kept on 2026-11-28; changed since then: keys of b; `make reference` makes them anew."
+        )

@@ -35,7 +35,6 @@ BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for eac
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
-NAMED = 5  # scenes or claims that a warning names
 ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
 
 
@@ -100,8 +99,8 @@ def render(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
-    environment.globals |= {"value": partial(value, results), "key": partial(key, turning[1])}
-    environment.globals |= {"verdicts": claims}
+    known = {"value": partial(value, results), "key": partial(key, turning[1]), "verdicts": claims}
+    environment.globals |= known
     figures = {path.stem: _figure(path, captions, results, environment) for path in drawn.values()}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
     for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
@@ -111,17 +110,19 @@ def render(
                 entry["file"] = Path(os.path.relpath(instead[f"{name}.{ending}"], page.parent)).as_posix()
                 entry["title"] += " (of the full study)"
     opening = captions["opening"]
-    said = {
-        part: [_filled(environment, f"sentence {text!r}", text) for text in opening[part]]
-        for part in ("pulled", "sentences")
-    }
+
+    def said(part: str) -> list[str]:
+        texts = (_filled(environment, f"sentence {text!r}", text) for text in opening[part])
+        return [text for text in texts if NOTHING not in text]
+
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
         turning=turning[0],
-        said={part: [text for text in texts if NOTHING not in text] for part, texts in said.items()},
+        pulled=said("pulled"),
+        sentences=said("sentences"),
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
@@ -274,16 +275,9 @@ FORMAT: dict[str, Any] = {"format": "WEBP", "quality": 80}  # lines and letters 
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the contents of files by argument; several files of one argument by the names of their scenes.
+    """Return the contents of files by argument; a sequence of paths by the names of their scenes.
 
-    Parameters
-    ----------
-    files : iterable of (str, path) or (str, sequence of paths)
-
-    Raises
-    ------
-    DataFileError, ConfigurationError
-        When a file is missing or cannot be read.
+    Raises DataFileError or ConfigurationError when a file is missing or cannot be read.
     """
 
     def read(source: Any) -> Any:
@@ -332,15 +326,7 @@ CORNERS = 120_000  # of all increments at most: about 1 MB
 
 
 def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scene | None]:
-    """Return page and scene of the first of some scenes whose history is among the data files; nothing where none is.
-
-    Parameters
-    ----------
-    wanted : sequence of str
-        Names of scenes.
-    data : iterable of Path
-        Results of the study, in the folders of their stages.
-    """
+    """Return page and scene of the first of some scenes by name whose history is among the data files; else nothing."""
     histories = {path.stem: path for path in data if path.parent.name == "simulation"}
     path = next((histories[name] for name in wanted if name in histories), None)
     if path is None:
@@ -364,7 +350,8 @@ REFERENCE_VALUES = (
 def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> list[str]:
     """Return what has changed since verdicts and reference were kept; `claims` is the table of today's rules.
 
-    Code does not count: ``tests/regression`` fails where it changes numbers.
+    Code does not count: ``tests/regression`` fails where it changes numbers. What came later does not count either: its
+    claims are not yet run.
     """
 
     def keys(study: str) -> dict[str, str]:
@@ -386,10 +373,10 @@ def age_warning(kept: Path, column: str, today: Mapping[str, str], what: str, ta
     `what` names the kept rows in the plural, `target` is the target of make for them.
     """
     table = read_table(kept, needs=(column, "made"))
-    before = dict(zip(table[table.columns[0]], table[column], strict=True))
-    changed = [name for name, wanted in today.items() if before.get(name) != wanted]
-    if not changed:
+    changed = table[table[table.columns[0]].map(today) != table[column]]
+    if changed.empty:
         return ""
-    days = ", ".join(sorted(set(table["made"].astype(str))))
-    which = ", ".join([*changed[:NAMED], *(["..."] if changed[NAMED:] else [])])
-    return f"{what} were kept on {days}, without {which} as today: `make {target}` makes them anew."
+    days = ", ".join(sorted(set(changed["made"].astype(str))))
+    first, *more = dict.fromkeys(changed[changed.columns[0]])
+    which = f"{first} and {len(more)} more" if more else first
+    return f"{what} were kept on {days}; changed since then: {column} of {which}; `make {target}` makes them anew."

@@ -114,7 +114,7 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model of a fabric: its classes of scenes, name, look in figures and cost."""
+    """A model of a fabric: its classes of scenes, name and cost."""
 
     name: str  # value of the key `fidelity`
     meaning: str
@@ -124,7 +124,6 @@ class Model:
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
-    look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
     # Expected memory, memory of each cell on top [MB], and processor time of a cell in twelve increments [s]; for
     # solids, all three follow from the number of unknowns
     memory: float = 1000

@@ -8,9 +8,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from knitstudy.knit.scene.kinds import MODELS as ALL_MODELS
-from knitstudy.paper.scene_names import INTERACTIONS as INTERACTION_NAMES
-from knitstudy.paper.scene_names import model_name
+from knitstudy.paper.scene_names import INTERACTIONS as NAMES
+from knitstudy.paper.scene_names import MODEL_NAMES
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import RenderingError
 from knitstudy.use.style import INK, Look, styled
@@ -18,17 +17,14 @@ from knitstudy.use.style import INK, Look, styled
 log = logging.getLogger(__name__)
 
 DIRECT = Look("DNS", INK, "-", "o")  # the direct simulation of a case, of either kind of elements
-
-MODELS = {name: Look(model_name(model), *model.look) for name, model in ALL_MODELS.all().items()}
-"""By fidelity."""
-
+MODELS = {
+    "rom3d": Look(MODEL_NAMES["rom3d"], "#7B3294", "--", "s"),
+    "rom2d": Look(MODEL_NAMES["rom2d"], "#D9740B", "-.", "^"),
+}
 INTERACTIONS = {
-    name: Look(INTERACTION_NAMES[name], *look)
-    for name, look in {
-        "tie": (INK, "-", "o"),
-        "rough": ("#0072B2", "--", "s"),
-        "isotropic": ("#D9740B", "-.", "^"),
-    }.items()
+    "tie": Look(NAMES["tie"], INK, "-", "o"),
+    "rough": Look(NAMES["rough"], "#0072B2", "--", "s"),
+    "isotropic": Look(NAMES["isotropic"], "#D9740B", "-.", "^"),
 }
 
 

@@ -50,10 +50,7 @@ def draw(
     untied: xr.Dataset | None = None,
     geometry: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw degrees of freedom against size, if the study has the paper's mesh, and force against strain below.
-
-    Knits of which no row is tied have a panel of their own, if there are some.
-    """
+    """Draw degrees of freedom against size, force against strain, and that of knits without tied rows, if known."""
     low = LEAST if untied is not None else 0.0
     drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
     true = reference_of(reference, scenes["dns"])
@@ -83,7 +80,7 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame)
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
     for model in counted_models(fabric_of(geometry), mesh, paper):
-        ink = MODELS[model.stem.split("-")[0]].colour
+        ink = MODELS.get(model.stem.split("-")[0], DIRECT).colour
         if model.multiplied is NONE:
             lines.append((model.name, model.unknowns, ink, "-"))
         else:

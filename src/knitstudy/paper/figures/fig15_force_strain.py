@@ -186,10 +186,10 @@ def draw_curves(
 
 
 def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
-    """Draw the reference's forces over a unit [N], and the band of uncertainty; no band where it has no uncertainty."""
-    if not reference.known:
+    """Draw the reference's forces over a unit [N], and the band of uncertainty, as far as the axis of strains goes."""
+    strain, force, off = reference.curve(axes.get_xlim()[1] / PERCENT)
+    if len(strain) < 2:
         return
-    strain, force, off = reference.curve()
     force, off = force / unit, off / unit
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
     look: Style = {"fmt": "s", "color": INK, "markersize": 3.0, "markerfacecolor": "white", "capsize": 2.5}

@@ -115,7 +115,6 @@ MODELS.register(
         meaning="beams in contact",
         parts=(Beams, CellOfBeams),
         build=later("knitstudy.knit.models.beam.build:build"),
-        look=("#00704F", "-", "P"),
         memory=350,
         memory_a_cell=3.3,
         seconds_a_cell=1.1,

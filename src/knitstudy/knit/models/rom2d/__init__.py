@@ -66,7 +66,6 @@ MODELS.register(
         parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
         build=later("knitstudy.knit.models.rom2d.build:build"),
-        look=("#D9740B", "-.", "^"),
         memory=500,
         seconds_a_cell=0.15,
     )

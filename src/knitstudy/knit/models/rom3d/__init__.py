@@ -113,7 +113,6 @@ MODELS.register(
         parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
         build=later("knitstudy.knit.models.rom3d.build:build"),
-        look=("#7B3294", "--", "s"),
         memory=500,
         seconds_a_cell=0.15,
     )

@@ -189,6 +189,5 @@ MODELS.register(
         solid=True,
         outputs=("fields", "vtu"),
         build=later("knitstudy.knit.models.spline_yarns.build:build"),
-        look=("#0072B2", "-", "D"),
     )
 )
