@@ -72,7 +72,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     letters = [f"c{point.number}" for point in points]
     drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES, titles=titles, letters=letters)
     foot = INCH * drawing.get_figheight() - CURVES
-    upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
+    upper, lower = (place(drawing, 0.09, foot + bottom, 0.385, high) for bottom, high in ((49, 30), (17, 28)))
     _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
     text = ";  ".join(point.label for point in points)
     drawing.text(0.5, 1 - (CURVES - 2) / (foot + CURVES), text, ha="center", va="bottom")
