@@ -41,8 +41,12 @@ class Page:
         values = known, here, here / known - 1, abs(here - before) / abs(known), now - self.begun
         self.rows.append(dict(zip(COLUMNS, (self.benchmark, quantity, parameter, *values), strict=True)))
         self.begun = now
-        print(f"{self.benchmark}, {quantity}, {parameter}: {here:.5g}, known {known:.5g} ({100 * values[2]:+.2f} %)")
-        assert bar is None or abs(values[2]) <= bar, f"{quantity}: {here:.6g} is not within {bar:.1%} of {known:.6g}"
+        print(
+            f"{self.benchmark}, {quantity}, {parameter}: {here:.5g}, known {known:.5g} ({100 * values[2]:+.2f} %)"
+        )
+        assert bar is None or abs(values[2]) <= bar, (
+            f"{quantity}: {here:.6g} is not within {bar:.1%} of {known:.6g}"
+        )
 
     def finish(self, x, y, legend=True):
         """Return the rows; write the picture if it is asked for."""

@@ -61,7 +61,9 @@ def slid(rods, way, tension):
     ends |= dict.fromkeys(rods.numbers[1], CLAMPED)
     ends[0] = End(move=(np.nan, np.nan, 0), turn=(0, 0, np.nan), force=(0, -tension, 0))
     *_, tight = rods.path(ends | {last: ends[0]}, steps=4)
-    *_, end = rods.path(ends | {last: End(move=(np.nan, -way, 0), turn=(0, 0, np.nan))}, steps=10, start=tight)
+    *_, end = rods.path(
+        ends | {last: End(move=(np.nan, -way, 0), turn=(0, 0, np.nan))}, steps=10, start=tight
+    )
     return -end.support[last, 1] / tension
 
 
@@ -81,22 +83,47 @@ def main(meshes=(0.25, 0.125), picture=None):
         Rows of the table of the book.
     """
     page, cord, angle = Page("capstan", picture), slender(1.0, soft=1e3), np.linspace(-0.3, np.pi + 0.3, 81)
-    post, ring = np.linspace(-3, 3, 49)[:, None] * [0, 0, 1.0], np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    post, ring = (
+        np.linspace(-3, 3, 49)[:, None] * [0, 0, 1.0],
+        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]),
+    )
     for mu, bar in ((0.1, 0.03), (0.3, 0.03), (0.5, 0.05)):
         bracket = []
         for size in meshes:
             rods = Rods([around(2.0, size), post], 1.0, cord, Power(0.4), mu, natural=0.0)
             bracket.append(slid(rods, 0.3, 4e-3))
-        page.compare("T2/T1 over 180 degrees", f"mu {mu:g}, a cord around a rod alike", np.exp(growth(mu, 2.0) * np.pi), bracket, bar)
+        page.compare(
+            "T2/T1 over 180 degrees",
+            f"mu {mu:g}, a cord around a rod alike",
+            np.exp(growth(mu, 2.0) * np.pi),
+            bracket,
+            bar,
+        )
     radius, tension = 20.0, 4 / 20.0**2
     for mu in (0.1, 0.3):
         bracket = []
         for size in meshes:
-            rods = Rods([around(radius, 4 * size), (radius - 2) * ring], 1.0, slender(1.0), Power(0.05), mu, 0.0, per_node=4)
+            rods = Rods(
+                [around(radius, 4 * size), (radius - 2) * ring],
+                1.0,
+                slender(1.0),
+                Power(0.05),
+                mu,
+                0.0,
+                per_node=4,
+            )
             bracket.append(slid(rods, 2.0, tension))
-        page.compare("T2/T1 over 180 degrees", f"mu {mu:g}, T1 r^2/B 4, r/h 20", elastic(mu, radius, tension), bracket, 0.05)
+        page.compare(
+            "T2/T1 over 180 degrees",
+            f"mu {mu:g}, T1 r^2/B 4, r/h 20",
+            elastic(mu, radius, tension),
+            bracket,
+            0.05,
+        )
     fine = np.linspace(0, 0.5, 26)
-    page.axes.plot(fine, [np.exp(growth(mu, 2.0) * np.pi) for mu in fine], label="cord around its own radius (Singh)")
+    page.axes.plot(
+        fine, [np.exp(growth(mu, 2.0) * np.pi) for mu in fine], label="cord around its own radius (Singh)"
+    )
     page.axes.plot(fine, [elastic(mu, radius, tension) for mu in fine], label="rod, T1 r²/B = 4, r/h = 20")
     page.axes.plot(fine, np.exp(fine * np.pi), "k:", label="Euler")
     page.axes.plot([0.1, 0.3, 0.5], [row["here"] for row in page.rows[:3]], "C0o")

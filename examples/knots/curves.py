@@ -33,11 +33,15 @@ def knot(radius, turns=1, rod=1.0, tail=8.0, size=1.0, clear=1.1):
         r = radius - inward
         return np.column_stack([r * np.sin(angle), radius - r * np.cos(angle), aside + 0 * angle])
 
-    out, back = (at((2 * u - 1) * half, off * np.sin(turn), off * np.cos(turn)) for off in (clear * rod, -clear * rod))
+    out, back = (
+        at((2 * u - 1) * half, off * np.sin(turn), off * np.cos(turn)) for off in (clear * rod, -clear * rod)
+    )
     loop = at(np.linspace(half, 2 * np.pi - half, 4001)[1:-1], clear * rod, 0.0)
     along = np.linspace(0, tail * radius, 8001)
     angle = half * np.exp(-0.5 * (along[1:] + along[:-1]) / radius)  # as a rod under tension does
-    right = back[-1] + np.cumsum(np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * along[1], axis=0)
+    right = back[-1] + np.cumsum(
+        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * along[1], axis=0
+    )
     curve = np.concatenate([right[::-1] * [-1, 1, 1], out, loop, back, right])
     step = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1)))
     middles = np.array([0, step[-1]]) + np.array([1, -1]) * (tail + half) * radius

@@ -50,12 +50,17 @@ def main(meshes=(32, 64), picture=None):
         drawn /= np.linalg.norm(np.diff(drawn, axis=0), axis=1).sum()
         rods, first = Rods([drawn], 1e-3, slender(1e-3), natural=0.0), 1 - drawn[-1, 0]
         *_, bent = rods.path({0: CLAMPED, count: CLAMPED}, steps=2)
-        press, stops = {0: CLAMPED, count: End(move=(first - ways[-1], 0, 0))}, (np.array(ways) - first) / (ways[-1] - first)
+        press, stops = (
+            {0: CLAMPED, count: End(move=(first - ways[-1], 0, 0))},
+            (np.array(ways) - first) / (ways[-1] - first),
+        )
         path = list(rods.path(press, 8, bent, tuple(stops[:-1])))
         load.append([-each.support[count, 0] for each in path if np.isclose(each.load, stops).any()])
     page.compare("critical load L^2/B", "eigenvalue", EULER, euler, 0.005)
     for number, way in enumerate(ways):
-        page.compare("load L^2/B", f"shortened by {way:g}", elastica(way), [each[number] for each in load], 0.01)
+        page.compare(
+            "load L^2/B", f"shortened by {way:g}", elastica(way), [each[number] for each in load], 0.01
+        )
     fine = np.linspace(0.001, 0.45, 50)
     page.axes.plot(fine, [elastica(each) for each in fine], label="elastica")
     page.axes.plot(ways, load[-1], "o", label=f"{meshes[-1]} elements")

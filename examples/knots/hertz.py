@@ -45,7 +45,9 @@ def rigid(angle, spacing, friction=0.0):
     t = np.radians(angle)
     lower, upper = s * [1, 0, 0], s * [np.cos(t), np.sin(t), 0] + [0, 0, 2.0]
     # Half spaces; `CrossedCylinders` adds the compliance of a rod as a whole, 4 % of the force at this approach
-    law = Power(2 / 3 * MODULUS / (1 - POISSON**2), share=2 * (1 - POISSON) / (2 - POISSON), patch=Patch(POISSON))
+    law = Power(
+        2 / 3 * MODULUS / (1 - POISSON**2), share=2 * (1 - POISSON) / (2 - POISSON), patch=Patch(POISSON)
+    )
     return Rods([lower, upper], 1.0, slender(1.0), law, friction, per_node=1)
 
 
@@ -60,7 +62,7 @@ def upper_force(rods, each):
     return each.support[rods.numbers[1], :3].sum(axis=0)
 
 
-def main(meshes=(0.04, 0.02), picture=None):
+def main(meshes=(0.03, 0.02), picture=None):
     """Compare forces at four angles with Hertz, and slip and loss of a cycle of oblique shear with Mindlin.
 
     Parameters
@@ -92,11 +94,16 @@ def main(meshes=(0.04, 0.02), picture=None):
         path = []
         for turn in (1, -2, 2, -2):
             leg = moved(rods, turn * peak * way, 24, leg[-1])
-            path += [(each.load * turn + sum((1, -2, 2, -2)[: len(path) // 24]), upper_force(rods, each) @ way) for each in leg]
+            path += [
+                (each.load * turn + sum((1, -2, 2, -2)[: len(path) // 24]), upper_force(rods, each) @ way)
+                for each in leg
+            ]
         place, force = np.array(path).T
         slips.append(force[23] / limit)
         losses.append(abs(np.trapezoid(force[-49:], peak * place[-49:])))
-    page.compare("shear over mu N at Mindlin's slip", f"{share:g} mu N, 29 degrees off the axes", share, slips, 0.03)
+    page.compare(
+        "shear over mu N at Mindlin's slip", f"{share:g} mu N, 29 degrees off the axes", share, slips, 0.03
+    )
     page.compare("work lost in a cycle", f"{share:g} mu N, 29 degrees off the axes", lost, losses, 0.1)
     page.axes.plot(place, force / limit, ".-", ms=3, lw=0.8, label=f"points {meshes[-1]:g} R apart")
     page.axes.plot([1, -1], [share, -share], "ks", label="Mindlin, turning points")

@@ -21,7 +21,12 @@ def critical_moment(tension):
         d = np.sqrt(M**2 - 4 * tension)
         p, q = 0.5 * (M + d), 0.5 * (M - d)
         p_end, q_end = np.exp(1j * p), np.exp(1j * q)
-        rows = [[1, 0, 1, 1], [0, 1, 1j * p, 1j * q], [1, 1, p_end, q_end], [0, 1, 1j * p * p_end, 1j * q * q_end]]
+        rows = [
+            [1, 0, 1, 1],
+            [0, 1, 1j * p, 1j * q],
+            [1, 1, p_end, q_end],
+            [0, 1, 1j * p * p_end, 1j * q * q_end],
+        ]
         return float(np.imag(np.linalg.det(rows) * np.exp(-0.5j * M)) / d)
 
     M = 2 * np.sqrt(tension) + 1e-6 + np.linspace(0.0, 20.0, 4001)
@@ -55,7 +60,10 @@ def main(meshes=(48, 96), picture=None):
             *_, pulled = rods.path(pull, steps=1)
             turn = 1.3 * known / section.GJ
             twist = {0: CLAMPED, count: End(move=(np.nan, 0, 0), turn=(turn, 0, 0), force=(tension, 0, 0))}
-            path = [(each.support[count, 3], each.stiffness_eigenvalues()[0]) for each in rods.path(twist, 12, pulled)]
+            path = [
+                (each.support[count, 3], each.stiffness_eigenvalues()[0])
+                for each in rods.path(twist, 12, pulled)
+            ]
             moment, lowest = np.array(path).T
             bracket.append(float(CubicSpline(moment, lowest).roots(extrapolate=False)[0]))
         found.append(bracket[-1])
