@@ -30,20 +30,21 @@ class Page:
 
     def __init__(self, benchmark, picture):
         self.benchmark, self.picture = benchmark, picture
-        self.rows, self.begun = [], time.perf_counter()
+        self.rows, self.begun = [], time.process_time()
         self.figure, self.axes = plt.subplots(figsize=(4.5, 3.2), layout="constrained")
         self.axes.set_title(benchmark, fontsize=10)
 
     def compare(self, quantity, parameter, known, bracket, bar):
-        """Add a row: the finest of a bracket of results against the known value, within a bar or no bar (None)."""
-        *_, before, here = bracket if len(bracket) > 1 else (bracket[0], bracket[0])
-        now = time.perf_counter()
-        values = known, here, here / known - 1, abs(here - before) / abs(known), now - self.begun
+        """Add a row: the finest of a bracket of results against the known value, within a bar or no bar (None).
+
+        The uncertainty is the last step of the bracket over the known value, nan of one mesh alone.
+        """
+        here, step = bracket[-1], bracket[-1] - bracket[-2] if len(bracket) > 1 else np.nan
+        now = time.process_time()
+        values = known, here, here / known - 1, abs(step / known), now - self.begun
         self.rows.append(dict(zip(COLUMNS, (self.benchmark, quantity, parameter, *values), strict=True)))
         self.begun = now
-        print(
-            f"{self.benchmark}, {quantity}, {parameter}: {here:.5g}, known {known:.5g} ({100 * values[2]:+.2f} %)"
-        )
+        print(f"{self.benchmark}, {quantity}, {parameter}: {here:.5g}, known {known:.5g} ({values[2]:+.2%})")
         assert bar is None or abs(values[2]) <= bar, (
             f"{quantity}: {here:.6g} is not within {bar:.1%} of {known:.6g}"
         )

@@ -2,7 +2,7 @@
 
 import numpy as np
 from book import Page, slender
-from curves import resampled
+from curves import evenly
 from scipy.optimize import brentq, fsolve
 
 from knitstudy.mechanics.beams.laws import Power
@@ -51,7 +51,8 @@ def around(radius, spacing):
     turn = np.linspace(0, np.pi, 4001)
     arc = radius * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn])
     down = np.linspace(0, 3 * radius, 2001)[1:, None] * [0, -1.0, 0]
-    return resampled(np.concatenate([(arc[0] + down)[::-1], arc, arc[-1] + down]), lambda s: spacing + 0 * s)
+    curve = np.concatenate([(arc[0] + down)[::-1], arc, arc[-1] + down])
+    return evenly(curve, round((np.pi + 6) * radius / spacing))
 
 
 def slid(rods, way, tension):

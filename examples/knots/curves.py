@@ -12,6 +12,12 @@ def resampled(curve, spacing):
     return np.column_stack([np.interp(at, s, x) for x in curve.T])
 
 
+def evenly(curve, count):
+    """Return the nodes of `count` elements of one length along a fine curve (n, 3)."""
+    length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+    return resampled(curve, lambda s: length / count + 0 * s)
+
+
 def straight(length, count):
     """Return the nodes of a straight rod along x of `count` elements."""
     return np.column_stack([np.linspace(0, length, count + 1), np.zeros((count + 1, 2))])
@@ -21,8 +27,8 @@ def knot(radius, turns=1, rod=1.0, tail=8.0, size=1.0, clear=1.1):
     """Return the nodes of an open knot of so many turns, and the number of the middle of its loop.
 
     Two strands wind around each other along a part of a circle of `radius`, by 2 `turns` + 1 half turns with a gap
-    between them; the rest of the circle joins them, and tails of `tail` radii leave along tangents and become straight. Elements
-    are `size` radii of the rod long where strands may touch, and a sixteenth of `radius` elsewhere.
+    between them; the rest of the circle joins them, and tails of `tail` radii leave along tangents and become straight.
+    Elements are `size` radii of the rod long where strands may touch, and a sixteenth of `radius` elsewhere.
     """
     half = (2.0 + 1.5 * turns) * np.sqrt(rod / radius)  # angle of half of the braid
     u = np.linspace(0.0, 1.0, 4001)

@@ -2,7 +2,7 @@
 
 import numpy as np
 from book import Page, slender
-from curves import resampled, straight
+from curves import evenly, straight
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
@@ -46,7 +46,7 @@ def main(meshes=(32, 64), picture=None):
         # Drawn as a wave and straight if nothing held it; then its ends come nearer.
         x = np.linspace(0, 1, 4001)
         wave = np.column_stack([x, 0.125 * (1 - np.cos(2 * np.pi * x)), 0 * x])
-        drawn = resampled(wave, lambda s: s[-1] / count + 0 * s)
+        drawn = evenly(wave, count)
         drawn /= np.linalg.norm(np.diff(drawn, axis=0), axis=1).sum()
         rods, first = Rods([drawn], 1e-3, slender(1e-3), natural=0.0), 1 - drawn[-1, 0]
         *_, bent = rods.path({0: CLAMPED, count: CLAMPED}, steps=2)

@@ -27,7 +27,7 @@ def hertz(angle):
 
 
 def mindlin(share, normal):
-    """Return slip at the peak of a cycle of shear +- share mu N of a circular patch, and the work lost (Mindlin 1949)."""
+    """Return slip at the peak of a cycle of shear +- share mu N of a circular patch, and its loss (Mindlin 1949)."""
     shear_modulus, a = MODULUS / 2 / (1 + POISSON), hertz(90)[1]
     scale = 3 * (2 - POISSON) * MU * normal / (8 * shear_modulus * a)
 

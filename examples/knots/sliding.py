@@ -42,7 +42,7 @@ def main(meshes=(0.04, 0.025), picture=None):
             stored.append(sum(last.response.energy.values()))
         x, force = np.split(np.array(path), 2, axis=1)
         work = np.einsum("ni,ni->n", 0.5 * (force[1:] + force[:-1]), np.diff(x, axis=0))
-        first, second = work[: 4 * STEPS].sum(), work[4 * STEPS :].sum()
+        second = work[4 * STEPS :].sum()
         frictions.append(
             np.linalg.norm(force[-STEPS // 2 :, :2], axis=1).mean() / -force[-STEPS // 2 :, 2].mean()
         )

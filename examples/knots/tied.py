@@ -1,64 +1,57 @@
-"""Knots of the book: rods drawn as open knots, which straighten as far as the pull lets them, and are pulled then."""
+"""Knots of the book: rods of unit radius and B = 1, drawn as open knots, which straighten under a pull."""
 
 import numpy as np
 from book import slender
 from curves import knot
 
 from knitstudy.mechanics.beams.laws import Power
-from knitstudy.mechanics.beams.rods import FREE, End, Equilibrium, Rods
+from knitstudy.mechanics.beams.rods import FREE, End, Rods
 
 NAN = np.nan
-LIMITS = {"residual_tolerance": 1e-5, "correction_tolerance": 1e-4, "waste": 200}
+LIMITS = {"residual_tolerance": 1e-5, "correction_tolerance": 1e-4, "waste": 200, "stride": 0.7}
 
 
 def ends(middle, last, out=NAN, pull=0.0):
-    """Return what is done to the ends: both move out along x, or are pulled; the middle of the loop stays over both."""
-    pinned, turning = (0, NAN, NAN), FREE
+    """Return what is done to a knot: ends move out along x, or are pulled; the middle of the loop stays above them."""
+    pinned = (0, NAN, NAN)
     return {
         0: End((-out, 0, 0), pinned, (-pull, 0, 0)),
-        last: End((out, 0, 0), turning, (pull, 0, 0)),
+        last: End((out, 0, 0), FREE, (pull, 0, 0)),
         middle: End((0, NAN, 0), FREE),
     }
 
 
-def relaxed(radius, turns=1, size=0.25, points=0.25, steps=8):
-    """Return a knot without friction under the pull B / 2 `radius`^2, and its middle.
+def rods_of(nodes, radius, step, friction):
+    """Return rods with points of contact a fifth of the rod's radius apart.
 
-    Elements in the braid are `size` sqrt(h `radius`) long, and points of contact `points` h apart.
+    The law begins softly, which Newton's method needs; rods overlap by a twentieth of their diameter at last.
+    """
+    law = Power(60 / radius**2, exponent=2.5)
+    return Rods([nodes], 1.0, slender(1.0), law, friction, natural=0.0, per_node=round(5 * step))
+
+
+def pulled(radius, turns, size, frictions, share=0.05, steps=5):
+    """Yield knots without and with friction whose ends have been pulled out by a share of `radius`, and their middle.
+
+    First, a knot without friction straightens under the pull B / 2 `radius`^2. Elements in its braid are
+    `size` sqrt(h `radius`) long.
     """
     step = size * np.sqrt(radius)
     nodes, middle = knot(radius, turns, size=step)
-    # A soft start keeps Newton's method on its way; rods overlap by a twentieth of their diameter at last.
-    law = Power(30 / radius**2, exponent=2.5)
-    rods = Rods([nodes], 1.0, slender(1.0), law, natural=0.0, per_node=max(round(step / points), 1))
-    *_, tied = rods.path(ends(middle, len(nodes) - 1, pull=0.5 / radius**2), steps, **LIMITS)
-    return tied, middle
-
-
-def with_friction(tied: Equilibrium, mu):
-    """Return rods in the same state that rub from there on."""
-    old = tied.rods
-    line = old.contact.line
-    rods = Rods(
-        [tied.rods.nodes],
-        1.0,
-        slender(1.0),
-        line.repulsion.law,
-        mu,
-        0.0,
-        per_node=len(line.yarn) // len(old.nodes),
-    )
-    return rods
+    last = len(nodes) - 1
+    *_, loose = rods_of(nodes, radius, step, 0.0).path(ends(middle, last, pull=0.5 / radius**2), 12, **LIMITS)
+    for friction in frictions:
+        rods = rods_of(nodes, radius, step, friction)
+        *_, tight = rods.path(ends(middle, last, out=share * radius), steps, loose, **LIMITS)
+        yield tight, middle
 
 
 def loop_radius(curve, middle):
-    """Return the radius of the circle that fits the upper half of the loop of a knot best."""
+    """Return the radius of the circle that fits the outer half of the loop of a knot best."""
     s = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1)))
-    s -= s[middle]
-    x, y = curve[:, 0], curve[:, 1]
-    reach = 0.5 * np.ptp(x[np.abs(s) < 20]) if False else None
-    radius = 1.0 / max(np.hypot(*np.gradient(np.gradient(curve[:, :2], s, axis=0), s, axis=0)[middle]), 1e-12)
-    half = np.abs(s) < 0.5 * np.pi * radius
-    system = np.column_stack([2 * x[half], 2 * y[half], np.ones(half.sum())])
-    a, b, c = np.linalg.lstsq(system, x[half] ** 2 + y[half] ** 2, rcond=None)[0]
-    return float(np.sqrt(c + a**2 + b**2))
+    s, place = s - s[middle], curve[:, :2]
+    bend = np.gradient(np.gradient(place, s, axis=0), s, axis=0)[middle]
+    half = np.abs(s) < 0.5 * np.pi / np.linalg.norm(bend)
+    system = np.column_stack([2 * place[half], np.ones(half.sum())])
+    *centre, rest = np.linalg.lstsq(system, (place[half] ** 2).sum(axis=1), rcond=None)[0]
+    return float(np.sqrt(rest + np.sum(np.square(centre))))

@@ -1,4 +1,4 @@
-"""Writhing of a rod between clamps under twist and tension: the twisting moment at which it leaves its straight shape."""
+"""Writhing of a rod between clamps under twist and tension: the moment at which it leaves its straight shape."""
 
 import numpy as np
 from book import Page, slender

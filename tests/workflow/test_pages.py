@@ -70,11 +70,13 @@ def test_notebook(tmp_path):
 
 def test_core(fresh, tmp_path):
     """A block that slides is dragged by the friction times its pressure."""
-    (code,) = blocks(CORE, "python")
+    code, rods = blocks(CORE, "python")
     assert len(code.splitlines()) <= 40
     last = run(code, tmp_path, fresh.environment).stdout.splitlines()[-1]
     drag, pressure = map(float, re.findall(r"(\d+\.\d) N", last))
     assert drag == pytest.approx(0.3 * pressure, rel=0.02)
+    lowest = dict(line.split(": ") for line in run(rods, tmp_path, fresh.environment).stdout.splitlines())
+    assert float(lowest["35"]) > 0 > float(lowest["40"])
 
 
 def test_tutorial(fresh, tmp_path):

@@ -358,7 +358,6 @@ class BeamState:
     rotation: Floats  # (N, 3, 3), rotations from the reference, where they are the identity
     contact: BeamContactHistory | None = None
     released: float = 1.0  # share of the elements' natural curvature that acts
-    dead: Floats | float = 0.0  # (6 N,), dead forces and moments on `rods` [N, N m]
 
     @property
     def contact_history(self) -> BeamContactHistory:

@@ -50,12 +50,19 @@ Ends = Mapping[int, End]  # by node
 
 
 @dataclass(frozen=True, eq=False)
+class RodState(BeamState):
+    """Configuration of rods under dead loads."""
+
+    dead: Floats | float = 0.0  # (size,), forces and moments
+
+
+@dataclass(frozen=True, eq=False)
 class Equilibrium:
     """A state of rods in balance, at a share of a leg."""
 
     rods: Rods
     load: float
-    state: BeamState
+    state: RodState
 
     def curve(self, rod: int = 0) -> Floats:
         """Return the places (n, 3) of the nodes of a rod."""
@@ -93,53 +100,41 @@ class Rods(BeamModel):
         curves: Sequence[Floats],  # one (n, 3) a rod: its nodes as drawn
         radius: float,
         section: SectionLaw,  # stiffness, such as `BeamSection.circular`
-        contact: Power
-        | None = None,  # its law, such as `CrossedCylinders.elastic`; None: rods pass each other
+        contact: Power | None = None,  # such as `CrossedCylinders.elastic`; None: rods pass each other
         friction: float = 0.0,  # mu
-        natural: Floats
-        | float
-        | None = None,  # (E, 3), curvature free of stress; 0: straight; None: as drawn
+        # (E, 3), curvature free of stress, 0 for straight rods; None: as drawn
+        natural: Floats | float | None = None,
         per_node: int = 2,  # points of contact a node: a radius needs ten for 2 % of the force of a crossing
     ) -> None:
-        nodes, rod = (
-            np.concatenate(list(curves)),
-            np.repeat(np.arange(len(curves)), [len(each) for each in curves]),
-        )
-        self.numbers: list[Ints] = [
-            np.flatnonzero(rod == each) for each in range(len(curves))
-        ]  # nodes of every rod
+        nodes, count = np.concatenate(list(curves)), [len(each) for each in curves]
+        rod = np.repeat(np.arange(len(count)), count)
+        # Nodes of every rod
+        self.numbers: list[Ints] = np.split(np.arange(len(nodes)), np.cumsum(count)[:-1])
         ends = np.concatenate([np.column_stack([own[:-1], own[1:]]) for own in self.numbers])
-        bend = (
-            0.0 if natural is None else natural - np.concatenate([drawn_curvature(each) for each in curves])
-        )
+        drawn = np.concatenate([drawn_curvature(each) for each in curves])
         touch = None
         if contact is not None:
-            s = np.concatenate(
-                [np.append(0, np.cumsum(np.linalg.norm(np.diff(x, axis=0), axis=1))) for x in curves]
-            )
+            length = [np.linalg.norm(np.diff(each, axis=0), axis=1) for each in curves]
+            s = np.concatenate([np.append(0.0, np.cumsum(each)) for each in length])
             points = ContactPoints.of(rod, s, per_node)
             # Rods touch where nodes lie densest: there the law is exact from this approach on.
             repulsion = Repulsion(contact, 2 * radius, SPACINGS**2 * points.weight.min() ** 2 / (16 * radius))
             line = LineContact(points.yarn, points.arc_length, points.weight, repulsion, friction)
             none = np.zeros((0, 2), dtype=np.int64)
             touch = BeamContact(line, points, np.arange(len(nodes)), 0 * nodes, none, np.zeros((0, 2)))
-        length = float(np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=1).mean())
-        super().__init__(nodes, ends, section, length, contact=touch, natural=bend)
-        self.free, self.value = (
-            np.arange(self.size),
-            np.zeros(self.size),
-        )  # on a leg: free unknowns, and all moves
-        self.dead: tuple[Floats | float, Floats | float] = (
-            0.0,
-            0.0,
-        )  # dead loads where a leg begins and where it ends
-        self.released = 0.0  # share of the natural curvature where it begins
+        lever = float(np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=1).mean())
+        bend = 0.0 if natural is None else natural - drawn
+        super().__init__(nodes, ends, section, lever, contact=touch, natural=bend)
+        # Of a leg: free unknowns, moves of all, dead loads where it begins and ends, natural curvature at first
+        self.free, self.value, self.released = np.arange(self.size), np.zeros(self.size), 0.0
+        self.dead = np.zeros((2, self.size))
 
-    def start(self) -> BeamState:
+    def start(self) -> RodState:
         """Return the drawn state; nothing of the curvature free of stress acts yet."""
-        return replace(super().start(), released=0.0)
+        state = super().start()
+        return RodState(state.position, state.rotation, state.contact, released=0.0)
 
-    def begin(self, state: BeamState, load: float, change: float) -> BeamState:
+    def begin(self, state: RodState, load: float, change: float) -> RodState:
         """Return the state with the dead loads and the natural curvature of a share of the leg."""
         before, after = self.dead
         released = self.released + load * (1 - self.released)
@@ -148,7 +143,7 @@ class Rods(BeamModel):
     def respond(self, state: BeamState, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state under its dead loads."""
         response = super().respond(state, stiffness)
-        return replace(response, force=response.force - state.dead, pulled=True)
+        return replace(response, force=response.force - getattr(state, "dead", 0.0), pulled=True)
 
     def motion_of_neighbours(self, state: BeamState, step: Floats) -> float:
         """Return the largest motion of a node: loose rods must not pass each other within one correction."""
@@ -165,8 +160,11 @@ class Rods(BeamModel):
         dead[unknowns] = np.where(held, 0.0, [[*end.force, *end.moment] for end in ends.values()])
         rods.value[unknowns] = np.where(held, motion, 0.0)
         rods.free = np.setdiff1d(np.arange(self.size), unknowns[held])
-        rods.dead = (0.0 if start is None else start.state.dead), dead
-        rods.released = 0.0 if start is None else start.state.released
+        before = np.zeros(self.size)
+        if start is not None:  # what holds an unknown takes over the dead load on it
+            before[rods.free] = np.broadcast_to(start.state.dead, self.size)[rods.free]
+            rods.released = start.state.released
+        rods.dead = np.stack([before, dead])
         return rods
 
     def path(
@@ -215,11 +213,11 @@ class Rods(BeamModel):
             yield Equilibrium(rods, load, state)
 
     def _arc_step(
-        self, state: BeamState, load: float, last: Floats, size: float, tolerance: float
-    ) -> tuple[BeamState, float, Floats] | None:
+        self, state: Any, load: float, last: Floats, size: float, tolerance: float
+    ) -> tuple[Any, float, Floats] | None:
         """Return the state one step further, its load factor and the motion (size,), or None if iterations fail."""
         free, along, moved, way = self.free, self.value, np.zeros(self.size), None
-        pull = np.broadcast_to(self.dead[1] - self.dead[0], self.size)[free]
+        pull = (self.dead[1] - self.dead[0])[free]
         for _ in range(ITERATIONS):
             state = self.begin(state, load, 0.0)
             response = self.respond(state, True)
