@@ -2,8 +2,8 @@
 
 import numpy as np
 from book import Page, slender
-from curves import evenly
 from scipy.optimize import brentq, fsolve
+from shapes import evenly
 
 from knitstudy.mechanics.beams.laws import Power
 from knitstudy.mechanics.beams.rods import CLAMPED, End, Rods
@@ -83,48 +83,28 @@ def main(meshes=(0.25, 0.125), picture=None):
     pandas.DataFrame
         Rows of the table of the book.
     """
-    page, cord, angle = Page("capstan", picture), slender(1.0, soft=1e3), np.linspace(-0.3, np.pi + 0.3, 81)
-    post, ring = (
-        np.linspace(-3, 3, 49)[:, None] * [0, 0, 1.0],
-        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]),
-    )
+    page, ratio = Page("capstan", picture), "T2/T1 over 180 degrees"
+    angle = np.linspace(-0.3, np.pi + 0.3, 81)
+    ring = np.column_stack([np.cos(angle), np.sin(angle), 0 * angle])
+    post = np.linspace(-3, 3, 49)[:, None] * [0, 0, 1.0]
     for mu, bar in ((0.1, 0.03), (0.3, 0.03), (0.5, 0.05)):
-        bracket = []
+        bracket, known = [], np.exp(growth(mu, 2.0) * np.pi)
         for size in meshes:
-            rods = Rods([around(2.0, size), post], 1.0, cord, Power(0.4), mu, natural=0.0)
+            curves = [around(2.0, size), post]
+            rods = Rods(curves, 1.0, slender(1.0, soft=1e3), Power(0.4), mu, natural=0.0)
             bracket.append(slid(rods, 0.3, 4e-3))
-        page.compare(
-            "T2/T1 over 180 degrees",
-            f"mu {mu:g}, a cord around a rod alike",
-            np.exp(growth(mu, 2.0) * np.pi),
-            bracket,
-            bar,
-        )
+        page.compare(ratio, f"mu {mu:g}, a cord around a rod alike", known, bracket, bar)
     radius, tension = 20.0, 4 / 20.0**2
     for mu in (0.1, 0.3):
-        bracket = []
+        bracket, known = [], elastic(mu, radius, tension)
         for size in meshes:
-            rods = Rods(
-                [around(radius, 4 * size), (radius - 2) * ring],
-                1.0,
-                slender(1.0),
-                Power(0.05),
-                mu,
-                0.0,
-                per_node=4,
-            )
+            curves = [around(radius, 4 * size), (radius - 2) * ring]
+            rods = Rods(curves, 1.0, slender(1.0), Power(0.05), mu, natural=0.0, per_node=4)
             bracket.append(slid(rods, 2.0, tension))
-        page.compare(
-            "T2/T1 over 180 degrees",
-            f"mu {mu:g}, T1 r^2/B 4, r/h 20",
-            elastic(mu, radius, tension),
-            bracket,
-            0.05,
-        )
+        page.compare(ratio, f"mu {mu:g}, T1 r^2/B 4, r/h 20", known, bracket, 0.03)
     fine = np.linspace(0, 0.5, 26)
-    page.axes.plot(
-        fine, [np.exp(growth(mu, 2.0) * np.pi) for mu in fine], label="cord around its own radius (Singh)"
-    )
+    thick = [np.exp(growth(mu, 2.0) * np.pi) for mu in fine]
+    page.axes.plot(fine, thick, label="cord around its own radius (Singh)")
     page.axes.plot(fine, [elastic(mu, radius, tension) for mu in fine], label="rod, T1 r²/B = 4, r/h = 20")
     page.axes.plot(fine, np.exp(fine * np.pi), "k:", label="Euler")
     page.axes.plot([0.1, 0.3, 0.5], [row["here"] for row in page.rows[:3]], "C0o")

@@ -2,9 +2,9 @@
 
 import numpy as np
 from book import Page, slender
-from curves import evenly, straight
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
+from shapes import evenly, straight
 
 from knitstudy.mechanics.beams.rods import CLAMPED, End, Rods
 

@@ -62,7 +62,7 @@ def upper_force(rods, each):
     return each.support[rods.numbers[1], :3].sum(axis=0)
 
 
-def main(meshes=(0.03, 0.02), picture=None):
+def main(meshes=(0.02, 0.0125), picture=None):
     """Compare forces at four angles with Hertz, and slip and loss of a cycle of oblique shear with Mindlin.
 
     Parameters

@@ -25,7 +25,7 @@ def angle_of(force):
     return brentq(lambda angle: ply(angle)[0] - force, 1e-3, 0.75)
 
 
-def main(meshes=(2.5, 2.0), picture=None):
+def main(meshes=(2.0, 1.5), picture=None):
     """Compare the moment of the ends with that of a ply under the same force.
 
     A rod of unit radius is twisted by 14 rad, its ends come nearer, and it is twisted on: a loop leaves the axis, snaps
@@ -49,7 +49,7 @@ def main(meshes=(2.5, 2.0), picture=None):
         s = np.linspace(0, 1, last + 1)
         wave = np.sin(np.pi * s) ** 2  # a slight bend out of every plane
         drawn = np.column_stack([LENGTH * s, 0.5 * wave, 0.3 * wave * np.sin(4 * np.pi * s)])
-        rods = Rods([drawn], 1.0, slender(1.0), Power(10.0, 2.5), natural=0.0, per_node=round(4 * size))
+        rods = Rods([drawn], 1.0, slender(1.0), Power(40.0, 2.5), natural=0.0, per_node=round(4 * size))
         legs = (End(turn=(14, 0, 0)), 4), (End(move=(-40, 0, 0)), 20), (End(turn=(20, 0, 0)), 20)
         before, path = None, []
         for what, steps in legs:

@@ -2,7 +2,7 @@
 
 import numpy as np
 from book import Page, slender
-from curves import straight
+from shapes import straight
 
 from knitstudy.mechanics.beams.rods import CLAMPED, FREE, End, Rods
 

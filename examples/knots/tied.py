@@ -2,7 +2,7 @@
 
 import numpy as np
 from book import slender
-from curves import knot
+from shapes import knot
 
 from knitstudy.mechanics.beams.laws import Power
 from knitstudy.mechanics.beams.rods import FREE, End, Rods

@@ -2,9 +2,9 @@
 
 import numpy as np
 from book import Page, slender
-from curves import straight
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
+from shapes import straight
 
 from knitstudy.mechanics.beams.rods import CLAMPED, End, Rods
 

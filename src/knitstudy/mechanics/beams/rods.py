@@ -228,7 +228,10 @@ class Rods(BeamModel):
                 return self.commit(state), load, moved
             K, steps = response.tangent.tocsr()[free], np.zeros((2, self.size))
             loads = np.column_stack([-response.force[free], pull - K @ along])
-            steps[:, free] = spla.splu(K[:, free].tocsc()).solve(loads).T
+            try:
+                steps[:, free] = spla.splu(K[:, free].tocsc()).solve(loads).T
+            except RuntimeError:  # the tangent is singular
+                return None
             balance, tangent = steps[0], steps[1] + along
             if way is None:
                 way = np.where(np.arange(self.size) % 6 < 3, tangent, 0.0)

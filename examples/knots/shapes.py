@@ -30,7 +30,7 @@ def knot(radius, turns=1, rod=1.0, tail=8.0, size=1.0, clear=1.1):
     between them; the rest of the circle joins them, and tails of `tail` radii leave along tangents and become straight.
     Elements are `size` radii of the rod long where strands may touch, and a sixteenth of `radius` elsewhere.
     """
-    half = (2.0 + 1.5 * turns) * np.sqrt(rod / radius)  # angle of half of the braid
+    half = min(3.5 * turns**1.75 * np.sqrt(rod / radius), 1.3)  # angle of half of the braid
     u = np.linspace(0.0, 1.0, 4001)
     turn = (2 * turns + 1) * np.pi * (u - np.sin(2 * np.pi * u) / (2 * np.pi)) - 0.5 * np.pi
 
