@@ -48,10 +48,9 @@ def main(meshes=(0.35, 0.25), picture=None, radii=(30.0, 100.0, 300.0)):
         e, force = found[:, number].T
         ratio = force / theory(e, friction)
         if len(radii) > 2:
-            limit = np.polyfit(e[-3:], ratio[-3:], 2)[-1]
-            page.compare(
-                "F over theory, extrapolated to e = 0", f"mu {friction:g}", 1.0, [ratio[-1], limit], None
-            )
+            # Corrections are of first order in e: lines through the last two and through all points
+            limits = [np.polyfit(e[part], ratio[part], 1)[-1] for part in (slice(-2, None), slice(None))]
+            page.compare("F over theory, extrapolated to e = 0", f"mu {friction:g}", 1.0, limits, 0.1)
         page.axes.plot(e, ratio, "o-", label=f"mu = {friction:g}")
     page.axes.axhline(1.0, color="k", ls="--", lw=0.8)
     page.axes.set_xlim(left=0.0)

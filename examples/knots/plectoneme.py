@@ -50,7 +50,7 @@ def main(meshes=(2.0, 1.5), picture=None):
         wave = np.sin(np.pi * s) ** 2  # a slight bend out of every plane
         drawn = np.column_stack([LENGTH * s, 0.5 * wave, 0.3 * wave * np.sin(4 * np.pi * s)])
         rods = Rods([drawn], 1.0, slender(1.0), Power(40.0, 2.5), natural=0.0, per_node=round(4 * size))
-        legs = (End(turn=(14, 0, 0)), 4), (End(move=(-40, 0, 0)), 20), (End(turn=(20, 0, 0)), 20)
+        legs = (End(turn=(14, 0, 0)), 4), (End(move=(-40, 0, 0)), 20), (End((-35, 0, 0), (26, 0, 0)), 30)
         before, path = None, []
         for what, steps in legs:
             leg = list(rods.path({0: CLAMPED, last: what}, steps, before, **LIMITS))
