@@ -44,6 +44,7 @@ def main(meshes=(10, 20), picture=None):
         highest.append(load[: int(np.argmin(load))].max())
         page.axes.plot(down, load, ".-", ms=3, lw=0.8, label=f"{2 * count} elements")
     page.compare("limit load L^2 / E I", "dead force, by arc length", 18.552, highest, 0.01)
+    page.axes.set_ylim(-12, 25)
     return page.finish("deflection", "load L²/EI")
 
 

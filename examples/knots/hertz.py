@@ -107,6 +107,7 @@ def main(meshes=(0.02, 0.0125), picture=None):
     page.compare("work lost in a cycle", f"{share:g} mu N, 29 degrees off the axes", lost, losses, 0.1)
     page.axes.plot(place, force / limit, ".-", ms=3, lw=0.8, label=f"points {meshes[-1]:g} R apart")
     page.axes.plot([1, -1], [share, -share], "ks", label="Mindlin, turning points")
+    page.axes.set_xticks([-1, -0.5, 0, 0.5, 1])
     return page.finish("slip over that at the peak (Mindlin)", "shear over mu N")
 
 

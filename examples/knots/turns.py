@@ -1,4 +1,4 @@
-"""Overhand knots of one and two turns with friction: force over shortening (Jawed et al. 2015)."""
+"""Overhand knots of n turns with friction: force over shortening (Jawed et al. 2015); one turn by default."""
 
 import numpy as np
 from book import Page
@@ -28,7 +28,7 @@ def theory(shortening, turns, friction):
     return friction * x**3 / (96 * np.sqrt(3) * np.pi**2) / turns**2
 
 
-def main(meshes=(0.25,), picture=None, knots=((1, 100.0), (2, 100.0))):
+def main(meshes=(0.25,), picture=None, knots=((1, 100.0),)):
     """Compare the force of knots that tighten with the theory at the same shortening.
 
     Parameters

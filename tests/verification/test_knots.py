@@ -1,10 +1,11 @@
-"""The book of knots, `examples/knots`, on coarse meshes: every benchmark asserts its own bars."""
+"""Rods, and the book of knots, `examples/knots`, on coarse meshes; `make knots` runs it in full."""
 
 import ast
 from importlib import import_module
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
@@ -23,17 +24,24 @@ CHEAP = {
     "writhing": ((48,), 0.03),
     "hertz": ((0.02,), 0.1),
     "sliding": ((0.04,), 0.1),
+    "clasp": ((0.35,), 0.08),
 }
 
 
+def test_the_table_has_every_benchmark():
+    """Made by `make knots`; theory is met within 3 %, or the page says why not."""
+    table = pd.read_csv(BOOK.parents[1] / "resources" / "benchmarks.csv")
+    assert table.benchmark.nunique() >= 10
+    close = table.error.abs() <= 0.03
+    assert close.groupby(table.benchmark).any().sum() >= 8
+
+
 @pytest.mark.parametrize("name", CHEAP)
-def test_benchmark(name, verify, monkeypatch):
+def test_benchmark(name, monkeypatch):
     monkeypatch.syspath_prepend(BOOK)
     meshes, bar = CHEAP[name]
     rows = import_module(name).main(meshes=meshes)
-    worst = rows.loc[rows.error.abs().idxmax()]
-    case = f"book of knots, {worst.benchmark}: {worst.quantity}, {worst.parameter}"
-    verify.within(case, worst.here, worst.known, bar)
+    assert rows.error.abs().max() <= bar
 
 
 def test_every_benchmark_is_one_short_documented_function():
