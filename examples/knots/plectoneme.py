@@ -65,7 +65,7 @@ def main(meshes=(2.0, 1.5), picture=None):
         f"F r^2/B {force[-1]:.4f}: ply at {np.degrees(angle):.1f} degrees",
         ply(angle)[1],
         ratios,
-        0.07,
+        0.03,
     )
     fine = np.radians(np.linspace(3, 30, 60))
     page.axes.plot(*ply(fine), label="ply (Clauvelin)")
