@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import ast
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
 from inspect import get_annotations, getsource
@@ -23,6 +23,7 @@ from typing import (
     ClassVar,
     Literal,
     TypeVar,
+    Unpack,
     dataclass_transform,
     get_args,
     get_origin,
@@ -48,7 +49,7 @@ ROLES = {
 PROVENANCES = ("stated", "inferred", "assumed", "calibrated", "choice")
 """Provenance of an input; see config/README.md."""
 
-LARGEST = 2**63  # Larger whole numbers are mistakes
+LARGEST = 2**63  # Of larger whole numbers a message counts the digits
 LONG = 120  # Largest number of characters of a value in a message
 
 SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -164,9 +165,13 @@ class Section(BaseModel, metaclass=SectionType):
     """
 
     group: ClassVar[str] = ""
-    """Name of the group of keys in a scene, and in ``defaults.yaml``; of sections that have one."""
+    """Name of the group of keys in a scene, and in ``defaults.yaml``; the head of its class gives it."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
+
+    def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
+        super().__init_subclass__(**config)
+        cls.group = group or cls.group
 
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -246,16 +251,10 @@ def validated(section: type[AnySection], values: Any, where: str, prefix: str = 
     Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
-        raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")
+        raise ConfigurationError(f"{where}: {refused(prefix.rstrip('.'), values, 'a group of keys')}")
     for name in values.keys() - section.model_fields.keys():
         message = unknown_choice("unknown key", f"{prefix}{name}", str(name), sorted(section.model_fields))
         raise ConfigurationError(f"{where}: {message}")
-    for path, value in _leaves(values, ()):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} a finite number")
-        if isinstance(value, int) and abs(value) > LARGEST:
-            allowed = allowed_values(section, path[0])
-            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} {allowed}")
     try:
         return section.model_validate({name: tuples(value) for name, value in values.items()})
     except ValidationError as errors:
@@ -270,7 +269,9 @@ def _message(section: type[Section], error: Mapping[str, Any], prefix: str) -> s
     name = error["loc"][0]
     if _is_missing(error):
         return f"the key {prefix + name!r} is missing; it must be {allowed_values(section, name)}"
-    return f"{_said_of(prefix, error['loc'], error['input'])} {allowed_values(section, name)}"
+    wanted = "a finite number" if error["type"] == "finite_number" else allowed_values(section, name)
+    verb = "has the entry" if len(error["loc"]) > 1 else "is"
+    return refused(f"{prefix}{name}", error["input"], wanted, verb)
 
 
 def _is_missing(error: Mapping[str, Any]) -> bool:
@@ -278,24 +279,12 @@ def _is_missing(error: Mapping[str, Any]) -> bool:
     return error["type"] == "missing" and len(error["loc"]) == 1
 
 
-def _said_of(prefix: str, path: Sequence[Any], value: Any) -> str:
-    return _said(f"{prefix}{path[0]}", value, "has the entry" if len(path) > 1 else "is")
-
-
-def _said(key: str, value: Any, verb: str = "is") -> str:
-    """Return the value of a key, or of an entry of its list, as YAML, cut where it is long."""
+def refused(key: str, value: Any, wanted: str, verb: str = "is") -> str:
+    """Return the message for the value of a key, or for an entry of its list, as YAML, cut where it is long."""
     text = repr(lists(value))
     if isinstance(value, int) and abs(value) > LARGEST:
         text = f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
-    return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be"
-
-
-def _leaves(node: Any, path: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    if not isinstance(node, Mapping | list | tuple):
-        yield path, node
-        return
-    for name, child in node.items() if isinstance(node, Mapping) else enumerate(node):
-        yield from _leaves(child, (*path, name))
+    return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be {wanted}"
 
 
 def tuples(value: Any) -> Any:
