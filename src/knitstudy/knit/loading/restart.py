@@ -13,11 +13,11 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import replacing
 from knitstudy.knit.loading.history import Recorder
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.increment import Increment, Rate
+from knitstudy.mechanics.increment import Increment
 from knitstudy.mechanics.model import Response
 
-PLAIN: dict[str, Any] = {"index": int, "load": float, "size": float, "largest": float, "damped": float}
-"""Numbers of an increment, and their types."""
+KEPT = ("index", "load", "size", "largest", "damped", "headway", "rates", "updates")
+"""Fields of an increment from which a run goes on, besides its state and its forces."""
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
 _SCALARS = (bool, int, float, str)
@@ -39,23 +39,16 @@ class Checkpoint:
 
         Raises TypeError if the state holds something that a restart file cannot keep.
         """
-        state = _arrays(increment.state, "state")
-        rates = {f"rate.{i}": rate.step for i, rate in enumerate(increment.rates)}
-        columns = {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
+        response = increment.response
+        data: dict[str, Any] = {"key": self.key, "force": response.force, "mean_force": response.mean_force}
+        for name in ("state", *KEPT):
+            data |= _arrays(getattr(increment, name), name)
+        data |= {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
         for name, parts in recorder.flat.items():
-            columns[f"flat.{name}"] = np.concatenate(parts)
-            columns["flat_ends"] = np.cumsum([len(part) for part in parts])
-        scalars: dict[str, Any] = {
-            "key": self.key,
-            **{name: getattr(increment, name) for name in PLAIN},
-            "headway": np.array(increment.headway),
-            "rate_sizes": np.array([rate.increment for rate in increment.rates]),
-            "updates": np.array(increment.updates),
-            "force": increment.response.force,
-            "mean_force": increment.response.mean_force,
-        } | {f"meter.{name}": value for name, value in recorder.meter.read().items()}
+            data |= {f"flat.{name}": np.concatenate(parts), "flat_ends": np.cumsum([len(part) for part in parts])}
+        data |= {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
-            np.savez(file, allow_pickle=False, **(scalars | state | rates | columns))
+            np.savez(file, allow_pickle=False, **data)
 
     def load(self, recorder: Recorder) -> Increment | None:
         """Return the increment to go on from and fill the recorder; None if there is no file.
@@ -87,19 +80,15 @@ class Checkpoint:
         recorder.meter.go_on(
             {name.removeprefix("meter."): data[name].item() for name in data if name.startswith("meter.")}
         )
-        since, failed, tried = data["headway"].tolist()
-        rates = (Rate(float(size), data[f"rate.{i}"]) for i, size in enumerate(data["rate_sizes"]))
+        hints = get_type_hints(Increment)
         return Increment(
             state=_value(self.state_type, data, "state"),
             response=Response(data["force"], float(data["mean_force"])),
-            headway=(since, int(failed), int(tried)),
-            rates=tuple(rates),
-            updates=tuple(data["updates"]),
-            **{name: kind(data[name]) for name, kind in PLAIN.items()},
+            **{name: _value(hints[name], data, name) for name in KEPT},
         )
 
 
-_NUMBERS = ("state.", "rate", "updates", "force", "mean_force", "load", "size", "largest", "damped")
+_NUMBERS = ("state.", "rates", "updates", "force", "mean_force", "load", "size", "largest", "damped")
 
 
 def _require_whole(data: dict[str, Floats]) -> None:
@@ -109,11 +98,11 @@ def _require_whole(data: dict[str, Floats]) -> None:
         judged = name.startswith((*_NUMBERS, *_JUDGED)) and not name.endswith("gap")
         if judged and values.dtype.kind == "f" and np.isnan(values).any():
             raise ValueError(f"{name} holds values that are not numbers")
-        if name.startswith(("rate", "force")) and values.dtype.kind not in "iuf":
+        if name.startswith(("rates", "force")) and values.dtype.kind not in "iuf":
             raise ValueError(f"{name} holds {values.dtype} and must hold numbers")
         if name.startswith("column.") and len(values) != increments:
             raise ValueError(f"{name} has {len(values)} increments and must have {increments}")
-        if name.startswith("rate.") and values.shape != data["force"].shape:
+        if name.startswith("rates.") and name.endswith(".step") and values.shape != data["force"].shape:
             raise ValueError(f"{name} has the shape {values.shape} and must have {data['force'].shape}")
     if not 0 <= float(data["load"]) <= 1:
         raise ValueError(f"load is {float(data['load'])} and must lie between 0 and 1")
