@@ -23,7 +23,7 @@ from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import rows_of_repeat
 from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row
+from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
 from knitstudy.mechanics.arrays import Bools, Floats
 
 BEHIND, NARROWER = 1.6, 0.1
@@ -66,20 +66,15 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     every: list[list[Stitch]] = []
     # By row and column of the stitch that is drawn through them
     stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
-    for row, column in product(range(count), range(columns)):
+    for (row, column), (up, moved) in ways_to_next(rows).items():
         letter, marks = letters[row][column][0], letters[row][column][1:]
-        way, front = MARKS[marks[0]] if marks else (0, False)
-        needle = (column + way * len(marks)) % columns
-        kind = STITCHES.find(letter)
-        up = next(up for up in range(count) if knits(letters[(row + 1 + up) % count][needle]))
-        above = (row + 1 + up) % count, needle
-        side = float(STITCHES.find(letters[above[0]][needle][0]).side)
-        own = float(kind.side or side)
-        aside = (1.0 if front else -1.0) if marks else 0.0
+        kind, above = STITCHES.find(letter), ((row + up) % count, (column + moved) % columns)
+        side = float(STITCHES.find(letters[above[0]][above[1]][0]).side)
+        aside = (1.0 if MARKS[marks[0]][1] else -1.0) if marks else 0.0
         if kind.has_head:
             stacks.setdefault(above, []).append((-aside * side, -up, row, column))
         every += [[]] if column == 0 else []
-        every[row].append(Stitch(letter, way * len(marks), aside, side, own, up))
+        every[row].append(Stitch(letter, moved, aside, side, float(kind.side or side), up - 1))
     for row, column in product(range(count), range(columns)):
         if knits(letters[row][column]) and (row, column) not in stacks:
             fact = f"stitch {column + 1} of row {row + 1} has no loop to be drawn through"

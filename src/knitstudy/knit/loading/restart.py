@@ -45,7 +45,10 @@ class Checkpoint:
             data |= _arrays(getattr(increment, name), name)
         data |= {f"column.{name}": np.array(values) for name, values in recorder.columns.items()}
         for name, parts in recorder.flat.items():
-            data |= {f"flat.{name}": np.concatenate(parts), "flat_ends": np.cumsum([len(part) for part in parts])}
+            data |= {
+                f"flat.{name}": np.concatenate(parts),
+                "flat_ends": np.cumsum([len(part) for part in parts]),
+            }
         data |= {f"meter.{name}": value for name, value in recorder.meter.read().items()}
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
             np.savez(file, allow_pickle=False, **data)

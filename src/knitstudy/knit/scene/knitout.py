@@ -18,7 +18,14 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of
-from knitstudy.knit.scene.stitches import MARKS, idle_needle, knits, stitches_of_row, wrong_stitches
+from knitstudy.knit.scene.stitches import (
+    MARKS,
+    STITCHES,
+    idle_needle,
+    stitches_of_row,
+    ways_to_next,
+    wrong_stitches,
+)
 
 log = logging.getLogger(__name__)
 
@@ -185,13 +192,12 @@ class Letters:
             raise self._refuse(body[0].line, f"read as {' '.join(stitches)} from here on: {wrong}")
         self._check_layers(body)
         self._check_yarns(body, len(stitches_of_row(stitches[0])))
-        expected = parents_of_letters(stitches, len(rows), len(columns))
+        parents, high, wide = parents_of_letters(stitches), len(stitches), len(stitches_of_row(stitches[0]))
         for loop in body:
             row, column = self.place(loop)
             here = {self.place(parent) for parent in loop.parents}
-            letters = {
-                (row - up, column - along) for up, along in expected[row - rows[0], column - columns[0]]
-            }
+            said = parents.get(((row - rows[0]) % high, (column - columns[0]) % wide), ())
+            letters = {(row - up, column - along) for up, along in said}
             if here != letters and all(r in rows and c in columns for r, c in here | letters):
                 raise self._refuse(
                     loop.line,
@@ -328,30 +334,13 @@ def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], 
     return column, needles, np.array([at[needle] for needle in needles])
 
 
-def parents_of_letters(stitches: Sequence[str], rows: int, columns: int) -> dict[Place, list[Place]]:
-    """Return how many rows below and columns to the left the parents of every stitch are, of repeats side by side.
-
-    Stitch (0, 0) is that of the repeat; others begin below and beside it, so that all have their parents.
-    """
-    repeat = [stitches_of_row(row) for row in stitches]
-    high, wide = len(repeat), len(repeat[0])
-    beside = wide * (1 + max(len(stitch) for row in repeat for stitch in row) // wide)
-    on: dict[int, list[Place]] = {}  # loops on the needles
-    parents: dict[Place, list[Place]] = {}
-    for row in range(-3 * high, rows):
-        lifted = {}
-        for column in range(-beside, columns + beside):
-            letter, *marks = tuple(repeat[row % high][column % wide])
-            held = on.get(column, [])
-            if knits(letter):
-                parents[row, column], held = [(row - r, column - c) for r, c in held], []
-            else:
-                parents[row, column] = []
-            on[column] = held if letter == "-" else [*held, (row, column)]
-            if marks:
-                lifted[column + MARKS[marks[0]][0] * len(marks)] = on.pop(column)
-        for to, loops in lifted.items():
-            on[to] = on.get(to, []) + loops
+def parents_of_letters(stitches: Sequence[str]) -> dict[Place, set[Place]]:
+    """Return how many rows below and columns to the left the parents of stitches are, by row and column of a repeat."""
+    high, wide = len(stitches), len(stitches_of_row(stitches[0]))
+    parents: dict[Place, set[Place]] = {}
+    for (row, column), (up, along) in ways_to_next(stitches).items():
+        if STITCHES.find(stitches_of_row(stitches[row])[column][0]).has_head:
+            parents.setdefault(((row + up) % high, (column + along) % wide), set()).add((up, along))
     return parents
 
 
