@@ -215,12 +215,8 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     Arc lengths of the initial loop are the rest lengths. `settings` are the section ``geometry`` of a scene: the
     weights alpha, beta, gamma and beta_0 of Eqs. (1) and (3); `free`, the components ("", "z", "yz", "xyz", ...) of
     each of the P control points that may move; `samples` a Bezier segment in the search of closest points.
-
-    Raises
-    ------
-    GeometryError
-        When the minimisation does not converge, or a crossing misses its distance by more than `CONTACT_TOLERANCE`
-        there.
+    Raises GeometryError when the minimisation does not converge, or a crossing misses its distance by more than
+    `CONTACT_TOLERANCE` there.
     """
     start = loop.in_radii()
     cost = CostFunction(start, settings)

@@ -59,16 +59,8 @@ def rows_of_repeat(
 ) -> tuple[list[Centreline], Ints, Floats]:
     """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn, each in its place.
 
-    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats.
-
-    Returns
-    -------
-    lines : list of Centreline
-        All ``rows`` + 1 yarns.
-    copy_of : ndarray of int (rows + 1,)
-        The yarn that every yarn is a moved copy of.
-    shift : ndarray (rows + 1, 3)
-        Vector from that yarn to the copy. [m]
+    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats. Of all ``rows`` + 1 yarns, the other results
+    are the yarn (rows + 1,) that each is a moved copy of, and the vector (rows + 1, 3) from that yarn to the copy. [m]
     """
     every, height = np.arange(rows + 1), len(curves)
     first = [Centreline(curve, repeats) for curve in curves]

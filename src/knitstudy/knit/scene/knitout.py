@@ -55,20 +55,11 @@ def repeat_of(path: Path | str, rows: Ends | None = None, needles: Ends | None =
 
 
 def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> Repeat:
-    """Return the repeat of a knitout file.
+    """Return the repeat of a knitout file, or of a part of it.
 
-    Parameters
-    ----------
-    path : path
-    rows, needles : pair of int, optional
-        The part of the file in which the repeat is looked for: passes of the carriage from 1 on, and positions of
-        needles as in the file; by default all.
-
-    Raises
-    ------
-    ConfigurationError
-        When the file cannot be read or knitted, or holds what no letters say, with its line; when rows of another yarn
-        lie above or below the body; or when no needle knits twice.
+    The part are passes of the carriage, `rows` from 1 on, and positions of needles as in the file; by default all.
+    Raises ConfigurationError when the file cannot be read or knitted, or holds what no letters say, with its line; when
+    rows of another yarn lie above or below the body; or when no needle knits twice.
     """
     knit = Letters(Machine(Path(path)))
     asked, column = knit.part(rows, needles)
@@ -99,14 +90,9 @@ def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None
 
 
 class Letters:
-    """A knit as rows of letters.
+    """A knit as rows of letters: `grid` has a stitch, a letter with its marks, for every row and column.
 
-    Attributes
-    ----------
-    grid : ndarray of str
-        A stitch, a letter with its marks, for every row and column; `NO_LETTER` for what no letter says.
-    needle : list
-        A needle of every column.
+    It is `NO_LETTER` for what no letter says. `needle` is a needle of every column.
     """
 
     def __init__(self, machine: Machine) -> None:
