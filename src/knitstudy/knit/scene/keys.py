@@ -7,14 +7,10 @@ values in words, error messages, ``knitstudy check``, ``keys.md`` and the identi
 
 from __future__ import annotations
 
-import ast
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import cache, partial
-from inspect import get_annotations, getsource
-from itertools import pairwise
-from textwrap import dedent
+from functools import partial
 from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -167,7 +163,14 @@ class Section(BaseModel, metaclass=SectionType):
     group: ClassVar[str] = ""
     """Name of the group of keys in a scene, and in ``defaults.yaml``; the head of its class gives it."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        defer_build=True,
+        use_attribute_docstrings=True,  # the text below a key is the description of its field
+    )
 
     def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
         super().__init_subclass__(**config)
@@ -191,25 +194,10 @@ def describe(section: type[Section], name: str) -> Description:
 
 def describe_with_source(section: type[Section], name: str) -> Description:
     """Return the description of the key `name` of a section with the text below the key."""
-    text = " ".join(_texts(section).get(name, "").split())
+    text = " ".join((section.model_fields[name].description or "").split())
     source, _, checked = text.partition(" Checked: ")
     about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
     return replace(describe(section, name), **about)
-
-
-@cache
-def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts below the keys of a section, for pages and ``check --sources``."""
-    texts: dict[str, str] = {}
-    for ancestor in reversed(section.__mro__[: section.__mro__.index(Section)]):
-        if get_annotations(ancestor):  # combinations of sections have no key of their own, and no source
-            (defined,) = ast.parse(dedent(getsource(ancestor))).body
-            assert isinstance(defined, ast.ClassDef)
-            for field, text in pairwise(defined.body):
-                match field, text:
-                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=source):
-                        texts[name] = ast.literal_eval(source)
-    return texts
 
 
 def allowed_values(section: type[Section], name: str) -> str:
