@@ -11,8 +11,8 @@ from refusals import refusal
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.history import Motion, Recorder, Stations
-from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import Progress, Run
+from knitstudy.knit.loading.solve import Checkpoint
 from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response

@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import OF, in_base_keys, without_yarn
 from knitstudy.knit.scene.defaults import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -43,7 +43,6 @@ from knitstudy.knit.scene.kinds import (
 )
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
-from knitstudy.knit.scene.yarns import OF
 from knitstudy.mechanics.materials import MATERIALS
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")

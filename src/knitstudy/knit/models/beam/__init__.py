@@ -6,13 +6,13 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
+from knitstudy.knit.scene.alternatives import STIFFNESSES
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
-from knitstudy.knit.scene.yarns import STIFFNESSES
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
 
