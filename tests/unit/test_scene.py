@@ -9,7 +9,7 @@ from refusals import REFUSED, refusal
 
 from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.spline_yarns import SplineYarns
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene, flat

@@ -31,7 +31,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.registry import listed, meanings, unknown_choice
 
 ROLES = {
@@ -76,33 +76,21 @@ class OneOf:
 
 
 def key(
-    role: str,
-    provenance: str,
+    role: str,  # one of `ROLES`
+    provenance: str,  # one of `PROVENANCES`
     *,
     unit: str = "1",
-    meaning: str = "",
+    meaning: str = "",  # follows type and bounds in messages; by default the unit does
+    # Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ..."
     allowed: str | Callable[[], str] = "",
     default: Any = ...,
-    **bounds: Any,
+    **bounds: Any,  # ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic
 ) -> Any:
     """Return the field of a key; the text under it names its source (see above).
 
-    Parameters
-    ----------
-    role : str
-        One of `ROLES`.
-    provenance : str
-        One of `PROVENANCES`.
-    meaning : str
-        Follows type and bounds in messages; by default the unit does.
-    allowed : str or callable
-        Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ...".
-    default : optional
-        The value of scenes that do not set the key. Results from before the key existed were made under this value: it
-        enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults stand
-        in ``config/defaults.yaml``; no key has both.
-    **bounds
-        ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
+    The default is the value of scenes that do not set the key. Results from before the key existed were made under this
+    value: it enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults
+    stand in ``config/defaults.yaml``; no key has both.
     """
     if role not in ROLES or provenance not in PROVENANCES:
         raise ValueError(f"a key of role {role!r} and provenance {provenance!r}")

@@ -27,7 +27,7 @@ from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import OF, in_base_keys, without_yarn
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
     MODELS,

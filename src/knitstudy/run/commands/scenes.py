@@ -10,7 +10,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import layered_defaults
+from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import describe_with_source
 from knitstudy.knit.scene.kinds import MODELS, Labels
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
