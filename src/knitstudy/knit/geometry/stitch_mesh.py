@@ -19,9 +19,9 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.fabric import Fabric, of_curves
+from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.loop import LoopTarget
-from knitstudy.knit.geometry.specimens import rows_of_repeat
+from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
 from knitstudy.mechanics.arrays import Bools, Floats
@@ -161,26 +161,22 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     """
     letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)
     stitches = stitches_of(letters)
-    columns, height = len(stitches[0]), len(stitches)
+    columns = len(stitches[0])
     depth = 1 + max(stitch.place for row in stitches for stitch in row)
-    points = plain.drawn(wanted.length).control_points * [1, 1, depth]
+    drawn = plain.drawn(wanted.length)
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    diameter = 2 * wanted.radius
+    points, diameter = drawn.control_points * [1, 1, depth], 2 * wanted.radius
     drawing = Drawing(points, wanted.wale, wanted.course, depth * diameter, BEHIND * diameter / depth)
     curves = [
         CatmullRom(drawing.row(row) + number * up, columns * along) for number, row in enumerate(stitches)
     ]
-    lines, copy_of, shift = rows_of_repeat(curves, up, rows, loops // columns)
-    return of_curves(
-        lines,
-        wanted.radius,
-        wanted.clearance,
-        size=np.array([loops * wanted.wale, rows * wanted.course, 2 * wanted.radius]),
-        copy_of=copy_of,
-        shift=shift,
+    return knit_of_rows(
+        curves,
+        drawn,
+        columns,
+        loops,
+        rows,
         specimen="cell",
         made_of={"wale_spacing": wanted.wale, "course_spacing": wanted.course, "loops": loops, "rows": rows},
-        repeats=loops // columns,
-        cell=np.array([columns * wanted.wale, height * wanted.course]),
         periods=np.array([loops * along, rows * up]),
     )
