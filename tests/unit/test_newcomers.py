@@ -60,24 +60,18 @@ def test_a_material_is_one_file(added):
 
 
 KEYS = """
-from typing import ClassVar
-
 from knitstudy.knit.scene.keys import Section, physics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.specimens import Knit
 from knitstudy.registry import later
 
 
-class Threads(Section):
-    group: ClassVar[str] = "threads"
-
+class Threads(Section, group="threads"):
     count: int = physics("assumed", default=3, ge=1)
     "A test."
 
 
 class KnitOfThreads(Knit):
-    specimens = ("knit", "cut_knit")
-
     threads: Threads = section()
 
 

@@ -30,8 +30,9 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     Raises GeometryError when yarns do not cross as in a knit.
     """
     made_of = vars(loop) | {"loops": loops, "rows": rows}
-    sizes, more = (loop.columns, loops, rows), {"specimen": "knit", "made_of": made_of, "loop": loop}
-    knit = knit_of_rows(loop.curves, loop, *sizes, **more)
+    knit = knit_of_rows(
+        loop.curves, loop, loop.columns, loops, rows, specimen="knit", made_of=made_of, loop=loop
+    )
     knit = replace(knit, crossings=_by_cells(knit.crossings, loop, loops, rows))
     bottom, top = sinker_arcs(knit), head_arcs(knit)
     every, ends = np.arange(rows + 1), np.array([[curve.length] * 2 for curve in knit.centrelines])

@@ -24,7 +24,7 @@ from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.arrays import Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
@@ -100,19 +100,16 @@ class Drawing:
     def row(self, row: Sequence[Stitch]) -> Floats:
         """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
         parts, before = [], row[-1]
+        legs = self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])  # their middles
         for column, stitch in enumerate(row):
             points = (STITCHES.find(stitch.letter).draw or DRAWN.get(stitch.letter, loop))(self, stitch)
-            points[:, 2] *= np.where(self._is_head(points), stitch.side, stitch.own)
+            points[:, 2] *= np.where(points[:, 1] > legs, stitch.side, stitch.own)
             points[0, 2] *= 0.5 * (before.own + stitch.own) * stitch.own
             if stitch.moved:
                 points += self._lean(points, stitch)
             parts.append(points + np.array([column * self.wale, 0.0, 0.0]))
             before = stitch
         return np.concatenate(parts)
-
-    def _is_head(self, points: Floats) -> Bools:
-        """Whether points (n, 3) lie above the middles of the legs."""
-        return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 
     def _lean(self, points: Floats, stitch: Stitch) -> Floats:
         """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""

@@ -36,17 +36,6 @@ def sides(stitches: Sequence[str]) -> Ints:
     return np.array([[1 if letter == KNIT else -1 for letter in letters] for letters in stitches])
 
 
-def letters(side: Ints) -> tuple[str, ...]:
-    """Return the rows of letters of sides (r, k).
-
-    Examples
-    --------
-    >>> letters(np.array([[1, -1]]))
-    ('KP',)
-    """
-    return tuple("".join(KNIT if stitch > 0 else PURL for stitch in row) for row in side)
-
-
 def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
     """Return the repeat that stands for all that are the same knit, and where the stitches are found in it.
 
@@ -65,10 +54,10 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
         for axis, size in enumerate(side.shape)
     )
     side = side[:rows, :columns]
-    images = [
-        (letters(front * np.roll(side, (up, along), (0, 1))), up, along, front)
-        for front, up, along in product((1, -1), range(rows), range(columns))
-    ]
+    images = []
+    for front, up, along in product((1, -1), range(rows), range(columns)):
+        image = np.where(front * np.roll(side, (up, along), (0, 1)) > 0, KNIT, PURL)
+        images.append((tuple(map("".join, image)), up, along, front))
     return min(images, key=lambda image: image[0])
 
 

@@ -217,7 +217,10 @@ class Kind:
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
-        sections = {name: hint for name, hint in get_type_hints(self.part).items() if _is_section(hint)}
+        hints = get_type_hints(self.part).items()
+        sections = {
+            name: hint for name, hint in hints if isinstance(hint, type) and issubclass(hint, Section)
+        }
         if "contact" in sections:
             sections["contact"] = self.interaction.contact(sections["contact"])
         return sections
@@ -234,10 +237,6 @@ class Kind:
 @cache
 def _kind(specimen: Specimen, interaction: Interaction, fidelity: Model) -> Kind:
     return Kind(specimen, interaction, fidelity)
-
-
-def _is_section(hint: Any) -> bool:
-    return isinstance(hint, type) and issubclass(hint, Section)
 
 
 def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> str:
