@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -173,19 +173,14 @@ def said(part: Any) -> Any:
     return part.model_dump(mode="json", exclude_unset=True) if isinstance(part, Section) else part
 
 
+@cache
 def describe(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section, without its source."""
-    known: Any = section.model_fields[name].json_schema_extra
+    """Return the description of the key `name` of a section; the text below the key gives source and checked range."""
+    field = section.model_fields[name]
+    known: Any = field.json_schema_extra
     assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
-    return known
-
-
-def describe_with_source(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section with the text below the key."""
-    text = " ".join((section.model_fields[name].description or "").split())
-    source, _, checked = text.partition(" Checked: ")
-    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
-    return replace(describe(section, name), **about)
+    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    return replace(known, source=source.removesuffix("."), checked=checked.removesuffix(".") or "none")
 
 
 def allowed_values(section: type[Section], name: str) -> str:
