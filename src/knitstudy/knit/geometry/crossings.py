@@ -186,11 +186,12 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
-    """Return lower rows (4 r k,) of the crossings of r rows of k loops in the plane, and parameters on both rows.
+    """Return where r rows of k loops cross in the plane: lower rows, parameters, and windows for the closest points.
 
-    These are the parameters (4 r k, 2) of the crossings, and the first and last ones of windows (4 r k, 2, 2) for the
-    closest points. In a loop the yarns of a row and of the row above cross four times: zones 0 left lower, 1 right
-    lower, 2 left upper, 3 right upper; along both yarns 0, 2, 3, 1. Crossings are ordered by row, column and zone.
+    These are the lower row (4 r k,) of every crossing, its parameters (4 r k, 2) on the lower and the upper row, and
+    the first and the last parameter (4 r k, 2, 2) of a window on both. In a loop the yarns of a row and of the row
+    above cross four times: zones 0 left lower, 1 right lower, 2 left upper, 3 right upper; along both yarns 0, 2, 3, 1.
+    Crossings are ordered by row, column and zone.
     Raises GeometryError when rows do not cross four times in a loop, in this order.
     """
     period = loop.curve.period

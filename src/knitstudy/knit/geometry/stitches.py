@@ -40,8 +40,8 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
     """Return the repeat that stands for all that are the same knit, and where the stitches are found in it.
 
     It is the smallest rectangle that repeats itself, begun and seen from where knit stitches come first. Stitch (i, j)
-    is its stitch (i + up, j + along), of the same side where `front` is 1 and seen from behind where it is -1: the
-    results are its rows of letters, up, along and front.
+    is its stitch (i + up, j + along), of the same side where `front` is 1 and seen from behind where it is -1. The
+    results are the rows of letters of the rectangle, up, along and front.
 
     Examples
     --------

@@ -216,7 +216,8 @@ class Letters:
         """Refuse a yarn that does not lead from needle to needle along rows and turn at the edges of the knit."""
         inside, near = set(body), max(EDGE, min(wide, len(self.needle) // 4))
         live = [{self.column[needle] for needle in row if needle in self.column} for row in self.machine.live]
-        yarns = yarns_of(self.loops)
+        carriers = dict.fromkeys(carrier for loop in self.loops for carrier in loop.carriers)
+        yarns = {name: [loop for loop in self.loops if name in loop.carriers] for name in carriers}
         for carrier, loop, after in (
             (name, *step) for name, yarn in yarns.items() for step in pairwise(yarn)
         ):
@@ -287,12 +288,6 @@ def fault_of(loop: Loop, last: int) -> str:
     if not loop.children and 0 < loop.dropped < last:
         return "drop: a loop falls from its needle and is never knitted"
     return ""
-
-
-def yarns_of(loops: Sequence[Loop]) -> dict[str, list[Loop]]:
-    """Return the loops of every carrier, in the order in which the yarn makes them."""
-    carriers = dict.fromkeys(carrier for loop in loops for carrier in loop.carriers)
-    return {carrier: [loop for loop in loops if carrier in loop.carriers] for carrier in carriers}
 
 
 def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
