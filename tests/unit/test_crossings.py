@@ -309,11 +309,6 @@ def test_a_piece_that_meets_no_other_yarn_is_no_segment(knit, cut):
     assert not np.any(outside & np.isin(cut.yarn, (1, 2)))
 
 
-@pytest.fixture
-def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
-
-
 @pytest.mark.parametrize(("direction", "edge"), [("course", "row"), ("wale", "column")])
 def test_edges_along_the_load_are_tied(knit, direction, edge):
     tied = tied_crossings(knit.crossings, True, "outer", direction)
