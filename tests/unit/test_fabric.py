@@ -1,6 +1,5 @@
 """Fabrics: crossings that are found from curves, grips, pieces, files of one's own."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pandas as pd
 import pytest
 from refusals import refusal
 
-from knitstudy import registry
 from knitstudy.files import write_dataset
 from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
@@ -259,17 +257,12 @@ READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(f
 """
 
 
-def test_a_plugin_of_one_file_adds_a_reader(tmp_path, monkeypatch):
-    (tmp_path / "pairs_of_a_test.py").write_text(PLUGIN)
+def test_a_plugin_of_one_file_adds_a_reader(tmp_path, plugin):
     (tmp_path / "a.pair").write_text("0.5e-3")
     with refusal(r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc"):
         read_fabric(tmp_path / "a.pair")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(registry, "_imported", {})
-    registry.load_plugins(["pairs_of_a_test"])
+    plugin(readers.READERS, pairs_of_a_test=PLUGIN)
     assert read_fabric(tmp_path / "a.pair").radius == 0.5e-3
-    readers.READERS._entries.pop(".pair")
-    sys.modules.pop("pairs_of_a_test")
 
 
 @pytest.fixture(scope="module")

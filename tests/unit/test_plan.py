@@ -1,6 +1,5 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
-import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,7 +9,6 @@ import xarray as xr
 import yaml
 from refusals import REFUSED, refusal
 
-from knitstudy import registry
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run import stages as code
@@ -295,16 +293,11 @@ def test_files_of_a_room_count_and_no_others(package):
     assert code_digest("mesh", "mechanics") != before[1]
 
 
-@pytest.mark.parametrize("path", ["law_of_a_test.py", "law_of_a_test/__init__.py"])
-def test_files_of_a_plugin_count(package, tmp_path, monkeypatch, path):
-    before, folder = code_digest("mesh"), tmp_path / "elsewhere"
-    (folder / path).parent.mkdir(parents=True)
-    (folder / path).write_text("STIFFNESS = 1\n")
-    monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(registry, "_imported", {})
-    registry.load_plugins(["law_of_a_test"])
+@pytest.mark.parametrize("path", ["law_of_a_test", "law_of_a_test/__init__"])
+def test_files_of_a_plugin_count(package, plugin, path):
+    before = code_digest("mesh")
+    plugin(**{path.replace("/", "__"): "STIFFNESS = 1\n"})
     first = code_digest("mesh")
-    (folder / path).write_text("STIFFNESS = 2\n")
+    (package / f"{path}.py").write_text("STIFFNESS = 2\n")
     code._digest.cache_clear()
     assert len({before, first, code_digest("mesh")}) == 3
-    sys.modules.pop("law_of_a_test")
