@@ -13,7 +13,7 @@ import pyvista
 import synthetic
 import vtk
 import xarray as xr
-from refusals import refusal
+from refusals import REFUSED, refusal
 from synthetic import history_of as stations_of
 
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -132,14 +132,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     assert ends.sum() == 2 * AROUND * len(cell.centrelines), "a yarn has two ends"
 
 
-@pytest.mark.parametrize(
-    ("colour", "message"),
-    [
-        ("red", "must be one of u_z, slip, force, stress, pressure"),
-        ("force", "holds only u_z, slip"),
-        ("stress", r"--set outputs=\[fields\]"),
-    ],
-)
+@pytest.mark.parametrize(("colour", "message"), REFUSED["colours"])
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):
     with refusal(message):
         deformed.deformed(SCENE, fabric_dataset(knit_of_two), history_of(knit_of_two), colour=colour)
