@@ -152,3 +152,11 @@ def checkout(finished):
     checkout, ended = finished
     assert ended.returncode == 0, ended.stdout + ended.stderr
     return checkout
+
+
+@pytest.fixture
+def meshed(checkout, fresh):
+    """Checkout with the knits and meshes of the coarsest study alone: they are taken as they are by their digests."""
+    for stage in ("geometry", "mesh"):
+        shutil.copytree(checkout.folder / "results" / stage, fresh.folder / "results" / stage)
+    return fresh
