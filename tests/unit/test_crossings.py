@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from half_spaces import hertz_ellipse
-from refusals import refusal
+from refusals import READ, refusal
 
 from knitstudy.knit.contacts.contacts import extract, indented
 from knitstudy.knit.contacts.facets import (
@@ -251,18 +251,7 @@ def test_force_of_a_crossing_is_that_on_the_lower_yarns_nodes(touching, mesh):
 AROUND = 8
 
 
-@pytest.mark.parametrize(
-    ("cells", "zones"),
-    [
-        ([(3, 3)], 1),
-        ([(3, 3), (4, 3)], 1),
-        ([(3, 3), (4, 4)], 1),  # a corner
-        ([(3, 3), (3, 5)], 2),
-        ([(3, 0), (3, 7)], 1),  # around the yarn
-        ([(3, 7), (4, 0)], 1),
-        ([(3, 0), (4, 6)], 2),
-    ],
-)
+@pytest.mark.parametrize(("cells", "zones"), READ["zones of facets"])
 def test_facets_that_share_an_edge_or_a_corner_are_one_zone(cells, zones):
     cells = np.array(cells)
     assert count_zones(np.zeros(len(cells), dtype=int), cells, AROUND, 1).tolist() == [zones]

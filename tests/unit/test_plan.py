@@ -7,7 +7,7 @@ import netCDF4
 import pytest
 import xarray as xr
 import yaml
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
@@ -113,31 +113,16 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     assert not list(tmp_path.rglob("*.incomplete.nc"))
 
 
-MEASURED = {
-    "dns-tie-course": (188_928, 918, 35.6),
-    "yarns-tie-course": (11_574, 270, 5.6),
-    "pair-slid-90": (10_944, 270, 9.1),
-    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236, 475),
-    "domain-yarns-tie-course-10x10": (124_830, 698, 90.2),
-    "domain-yarns-isotropic-course-10x10": (124_830, 1_650, 404),
-}
-"""Unknowns, peak of the process [MB], processor time [s]."""
-
-
-@pytest.mark.parametrize("name", MEASURED)
-def test_measured_costs_are_expected(name):
+@pytest.mark.parametrize(("name", "count", "peak", "seconds"), READ["costs"])
+def test_measured_costs_are_expected(name, count, peak, seconds):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
-    count, peak, seconds = MEASURED[name]
     scene = load_scene(name)
     assert unknowns(scene) == pytest.approx(count, rel=0.1)
     assert peak <= expected_memory(scene) <= 2 * peak
     assert seconds <= expected_seconds(scene) <= 4 * seconds
 
 
-@pytest.mark.parametrize(
-    ("model", "loops", "peak"),
-    [("beams", 6, 367), ("beams", 8, 503), ("beams", 10, 672), ("beams", 30, 2700), ("yarns", 30, 8284)],
-)
+@pytest.mark.parametrize(("model", "loops", "peak"), READ["memory in contact"])
 def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
     scene = load_scene(f"domain-{model}-isotropic-course-10x10")
     keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
