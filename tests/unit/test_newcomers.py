@@ -7,9 +7,6 @@ from matplotlib.figure import Figure
 
 import knitstudy
 from knitstudy import load_scene
-from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.mechanics.materials import MATERIALS, material_of
 from knitstudy.run.catalogue import FIGURES
 
@@ -34,43 +31,6 @@ def test_a_material_is_one_file(plugin):
     plugin(MATERIALS, wool_of_a_test=MATERIAL)
     yarn = load_scene("cell-course").replace("yarn.material", "wool").yarn
     assert type(material_of(yarn)).__name__ == "Wool"
-
-
-KEYS = """
-from typing import ClassVar
-
-from knitstudy.knit.scene.keys import Section, physics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
-
-
-class Threads(Section):
-    group: ClassVar[str] = "threads"
-
-    count: int = physics("assumed", default=3, ge=1)
-    "A test."
-
-
-class KnitOfThreads(Knit):
-    specimens = ("knit", "cut_knit")
-
-    threads: Threads = section()
-
-
-build = later("threads_of_a_test.build:build")
-MODELS.register(Model("threads", "many threads", "threads", (KnitOfThreads,), build))
-"""
-
-
-def test_a_key_is_its_section_and_the_code_that_reads_it(plugin):
-    reads = "def build(scene, fabric):\n    return scene.threads.count * len(fabric.centrelines)\n"
-    plugin(MODELS, threads_of_a_test____init__=KEYS, threads_of_a_test__build=reads)
-    scene = load_scene("rom2d-tie-course").vary({"fidelity": "threads", "outputs": [], "threads.count": 5})
-    fabric = fabric_of(lay_out(scene))
-    assert scene.kind.fidelity.build(scene, fabric) == 5 * len(fabric.centrelines)
-    assert role_of("threads.count") == "physics"
-    assert "threads" in scene.read(scene.sections), "it enters the digest"
 
 
 FIGURE = """
