@@ -112,23 +112,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
 
     monkeypatch.setattr(Patch, "density", alone)
     monkeypatch.setattr(beam_contact, "MOST", 2)
-    keys = {
-        name: SOFT[name]
-        for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
-    }
-    spacings = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "mesh.beam_size": 0.45}
-    yarn = {
-        "yarn.of": "acrylic",
-        "yarn.diameter": 0.859e-3,
-        "yarn.pressing": 33.9,
-        "contact.friction": 0.0,
-        "yarn.set": 0.0,
-        "gates.flow": 1e3,
-        "gates.point": 1e3,
-    }
-    scene = load_scene("cell-course-isotropic").vary(
-        keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
-    )
+    scene = load_scene("cell-course-isotropic").vary(KEYS["independent program"])
     geometry = lay_out(scene)
     rest = STAGES["rest"].function(scene, geometry)
     assert (rest.attrs["cell_width"], rest.attrs["cell_height"]) == pytest.approx(
