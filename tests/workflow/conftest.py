@@ -33,6 +33,13 @@ def coarse_pictures():
     return {"KNITSTUDY_DPI": DOTS_PER_INCH}
 
 
+def rewrite(path, old, new):
+    """Replace the first of some texts in a file."""
+    text = path.read_text()
+    assert old in text, f"{path} has no {old!r}"
+    path.write_text(text.replace(old, new, 1))
+
+
 def interruptible():
     """Let Ctrl-C end a process that is started, also where the tests run in the background of a shell."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)

@@ -4,15 +4,11 @@ import os
 import signal
 import subprocess
 
+from conftest import rewrite
+
 from knitstudy.files import read_dataset
 
 RESULT = "results/simulation/pair-slid-coarse.nc"
-
-
-def rewrite(path, old, new):
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
 
 
 def one_message(ended):

@@ -5,6 +5,7 @@ import re
 import meshio
 import numpy as np
 import pytest
+from conftest import rewrite
 
 from knitstudy.files import read_dataset
 from knitstudy.knit.mesh.sweep import SweptMesh
@@ -63,8 +64,6 @@ def test_a_mesh_as_target(fresh):
     assert SweptMesh.from_dataset(read_dataset(fresh.folder / target)).yarns == 2
     done = len(re.findall(r"^Finished jobid", ended.stdout + ended.stderr, flags=re.MULTILINE))
     assert done == 2
-    family = fresh.folder / "config" / "scenes" / "3-pairs.yaml"
     path = "30: [[0, 0, -90e-6], [435e-6,"
-    assert path in family.read_text()
-    family.write_text(family.read_text().replace(path, path.replace("435", "436")))
+    rewrite(fresh.folder / "config" / "scenes" / "3-pairs.yaml", path, path.replace("435", "436"))
     assert fresh.jobs(target) == set(), "the load path is no matter of the mesh"

@@ -4,17 +4,12 @@ import re
 import shutil
 
 import pytest
-from conftest import Checkout
+from conftest import Checkout, rewrite
 
 from knitstudy.files import recorded_digest
 
 SHOWN = ("Draw", "Build", "Write the report")
 STIFFER = "stiffness: 10               # E R", "stiffness: 11               # E R"
-
-
-def replaced(text, old, new):
-    assert old in text, f"there is no {old!r}"
-    return text.replace(old, new, 1)
 
 
 @pytest.fixture
@@ -24,9 +19,8 @@ def edited(checkout):
 
     def edit(path, old, new):
         path = checkout.folder / path
-        text = path.read_text()
-        before.setdefault(path, text)
-        path.write_text(replaced(text, old, new))
+        before.setdefault(path, path.read_text())
+        rewrite(path, old, new)
 
     yield edit
     for path, text in before.items():
@@ -82,8 +76,7 @@ def test_command_takes_results_of_the_study_and_writes_elsewhere(finished_copy):
     first, time = recorded_digest(path), path.stat().st_mtime_ns
     knitstudy(finished_copy, "run", name)
     assert not (folder / "runs").exists(), "the command uses what the study made"
-    edit = folder / "config" / "defaults.yaml"
-    edit.write_text(replaced(edit.read_text(), "youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9"))
+    rewrite(folder / "config" / "defaults.yaml", "youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9")
     knitstudy(finished_copy, "run", name)
     assert recorded_digest(folder / "runs" / "simulation" / f"{name}.nc") != first
     assert path.stat().st_mtime_ns == time, "results of a study are those of Snakemake"
@@ -97,8 +90,7 @@ def test_copies_run_nothing_whatever_their_times_and_else_as_the_study_does(chec
     clone = Checkout(folder)
     (folder / "results" / "geometry" / "pair90.nc").touch()
     assert clone.jobs() == set()
-    defaults = folder / "config" / "defaults.yaml"
-    defaults.write_text(replaced(defaults.read_text(), *STIFFER))
+    rewrite(folder / "config" / "defaults.yaml", *STIFFER)
     (folder / "results" / "tables" / "springs.csv").unlink()
     damaged = folder / "results" / "mesh" / "pair-slid-coarse.nc"
     damaged.write_bytes(damaged.read_bytes()[:2000])
