@@ -273,17 +273,7 @@ def test_pieces_make_up_all_of_the_yarns(knit, cut):
         assert length[cut.yarn == yarn].sum() == pytest.approx(centreline.length, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("kind", "count", "yarns"),
-    [
-        ("head", 9, 1),
-        ("interlock, left", 9, 2),
-        ("interlock, right", 9, 2),
-        ("leg, left", 6, 1),
-        ("leg, right", 6, 1),
-        ("sinker", 6, 1),
-    ],
-)
+@pytest.mark.parametrize(("kind", "count", "yarns"), READ["segments"])
 def test_segments_of_a_knit(cut, kind, count, yarns):
     assert (cut.kind == KINDS.index(kind)).sum() == count
     assert len(pieces(cut, kind)) == yarns * count

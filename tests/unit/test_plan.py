@@ -1,12 +1,13 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
+import shutil
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import netCDF4
 import pytest
 import xarray as xr
-import yaml
 from refusals import READ, REFUSED, refusal
 
 from knitstudy.errors import ConvergenceError, DataFileError
@@ -152,23 +153,7 @@ def test_springs_are_measured_of_the_yarn_and_strain_that_a_network_has():
 @pytest.fixture
 def sprung(config):
     """Folder with a wale tension and a reduced model with springs as well."""
-    scenes = {
-        "dns-course": {},
-        "dns-wale": {"load.direction": "wale"},
-        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
-        "rom3d-carried": {
-            "fidelity": "rom3d",
-            "rom.contacts_from": "dns-course",
-            "rom.springs_from": "dns-wale",
-        },
-        "beam": {"fidelity": "beam"},
-    }
-    family = {
-        "studies": [],
-        "keys": {"knit": "plain", "interaction": "isotropic"},
-        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
-    }
-    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
+    shutil.copy(Path(__file__).parent / "families" / "sprung.yaml", config / "scenes" / "small.yaml")
     return config
 
 
