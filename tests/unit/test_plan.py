@@ -1,6 +1,7 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
 import shutil
+import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -271,3 +272,5 @@ def test_files_of_a_plugin_count(package, plugin, path):
     (package / f"{path}.py").write_text("STIFFNESS = 2\n")
     code._digest.cache_clear()
     assert len({before, first, code_digest("mesh")}) == 3
+    del sys.modules["law_of_a_test"]
+    assert code_digest("mesh") == before, "those of a plugin that is gone do not"
