@@ -33,13 +33,6 @@ def coarse_pictures():
     return {"KNITSTUDY_DPI": DOTS_PER_INCH}
 
 
-def rewrite(path, old, new):
-    """Replace the first of some texts in a file."""
-    text = path.read_text()
-    assert old in text, f"{path} has no {old!r}"
-    path.write_text(text.replace(old, new, 1))
-
-
 def interruptible():
     """Let Ctrl-C end a process that is started, also where the tests run in the background of a shell."""
     signal.signal(signal.SIGINT, signal.SIG_DFL)
@@ -93,6 +86,12 @@ class Checkout:
     def snakemake(self, *arguments):
         """Run plain snakemake."""
         return self.run("-m", "snakemake", *arguments)
+
+    def rewrite(self, path, old, new):
+        """Replace the first of some texts in a file of the copy."""
+        text = (self.folder / path).read_text()
+        assert old in text, f"{path} has no {old!r}"
+        (self.folder / path).write_text(text.replace(old, new, 1))
 
     def jobs(self, *arguments):
         """Return what Snakemake would do, as a set of the messages of its jobs."""

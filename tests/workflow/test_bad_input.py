@@ -4,8 +4,6 @@ import os
 import signal
 import subprocess
 
-from conftest import rewrite
-
 from knitstudy.files import read_dataset
 
 RESULT = "results/simulation/pair-slid-coarse.nc"
@@ -21,7 +19,7 @@ def one_message(ended):
 
 
 def test_wrong_configuration_runs_nothing(fresh):
-    rewrite(fresh.folder / "config" / "defaults.yaml", "strain:", "strane:")
+    fresh.rewrite("config/defaults.yaml", "strain:", "strane:")
     near = "(did you mean 'load.strain', 'load.turns' or 'load.start'?)"
     assert f"unknown key 'load.strane' {near}" in one_message(fresh.study("ci"))
     assert not (fresh.folder / "results").exists()
@@ -29,7 +27,7 @@ def test_wrong_configuration_runs_nothing(fresh):
 
 def test_run_that_cannot_go_on_keeps_converged_increments(meshed):
     """Yarns that are pressed too far into each other: the curve is there, and a second study leaves it out."""
-    rewrite(meshed.folder / "config" / "defaults.yaml", "augmentations: 10", "augmentations: 0")
+    meshed.rewrite("config/defaults.yaml", "augmentations: 10", "augmentations: 0")
     message = one_message(meshed.study("ci", "--", "--until", RESULT))
     assert message.startswith("error in simulation pair-slid-coarse: ended at leg ")
     assert "surfaces penetrate each other by" in message

@@ -5,7 +5,6 @@ import re
 import meshio
 import numpy as np
 import pytest
-from conftest import rewrite
 
 from knitstudy.files import read_dataset
 from knitstudy.knit.mesh.sweep import SweptMesh
@@ -65,5 +64,5 @@ def test_a_mesh_as_target(fresh):
     done = len(re.findall(r"^Finished jobid", ended.stdout + ended.stderr, flags=re.MULTILINE))
     assert done == 2
     path = "30: [[0, 0, -90e-6], [435e-6,"
-    rewrite(fresh.folder / "config" / "scenes" / "3-pairs.yaml", path, path.replace("435", "436"))
+    fresh.rewrite("config/scenes/3-pairs.yaml", path, path.replace("435", "436"))
     assert fresh.jobs(target) == set(), "the load path is no matter of the mesh"

@@ -4,7 +4,7 @@ import re
 import shutil
 
 import pytest
-from conftest import Checkout, rewrite
+from conftest import Checkout
 
 from knitstudy.files import recorded_digest
 
@@ -18,9 +18,8 @@ def edited(checkout):
     before = {}
 
     def edit(path, old, new):
-        path = checkout.folder / path
-        before.setdefault(path, path.read_text())
-        rewrite(path, old, new)
+        before.setdefault(checkout.folder / path, (checkout.folder / path).read_text())
+        checkout.rewrite(path, old, new)
 
     yield edit
     for path, text in before.items():
@@ -76,7 +75,7 @@ def test_command_takes_results_of_the_study_and_writes_elsewhere(finished_copy):
     first, time = recorded_digest(path), path.stat().st_mtime_ns
     knitstudy(finished_copy, "run", name)
     assert not (folder / "runs").exists(), "the command uses what the study made"
-    rewrite(folder / "config" / "defaults.yaml", "youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9")
+    finished_copy.rewrite("config/defaults.yaml", "youngs_modulus: 1.30e9", "youngs_modulus: 1.31e9")
     knitstudy(finished_copy, "run", name)
     assert recorded_digest(folder / "runs" / "simulation" / f"{name}.nc") != first
     assert path.stat().st_mtime_ns == time, "results of a study are those of Snakemake"
@@ -90,7 +89,7 @@ def test_copies_run_nothing_whatever_their_times_and_else_as_the_study_does(chec
     clone = Checkout(folder)
     (folder / "results" / "geometry" / "pair90.nc").touch()
     assert clone.jobs() == set()
-    rewrite(folder / "config" / "defaults.yaml", *STIFFER)
+    clone.rewrite("config/defaults.yaml", *STIFFER)
     (folder / "results" / "tables" / "springs.csv").unlink()
     damaged = folder / "results" / "mesh" / "pair-slid-coarse.nc"
     damaged.write_bytes(damaged.read_bytes()[:2000])
