@@ -11,20 +11,21 @@ from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.scene.kinds import INTERACTIONS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
-from knitstudy.run.catalogue import FIGURES, TABLES, Displays
-from knitstudy.run.configuration import load_scenes
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
+from knitstudy.run.configuration import CONFIG, load_scenes
 from knitstudy.run.plan import Plan
 
 TOY = """
-from knitstudy.run.catalogue import FIGURES
-from knitstudy.run.catalogue import network, several, solid
-from knitstudy.run.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, one, several
 
 
 @FIGURES.add(
     "toy_curve",
     "A toy",
-    results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
+    results={
+        "dns": one("simulation", "yarns-tie-course", "dns-tie-course"),
+        "beams": several("simulation", "beam-*-none", optional=True),
+    },
 )
 def curve(dns, scenes, beams=None):
     return dns, scenes, beams
@@ -33,7 +34,10 @@ def curve(dns, scenes, beams=None):
 @TABLES.add(
     "toy_stiffness",
     "Another",
-    results={"rom3d": network("rom3d", "tie-course"), "contacts": solid("contacts", "tie-wale")},
+    results={
+        "rom3d": one("simulation", "rom3d-tie-course"),
+        "contacts": one("contacts", "yarns-tie-wale", "dns-tie-wale"),
+    },
 )
 def stiffness(rom3d, contacts):
     return rom3d, contacts
@@ -52,15 +56,18 @@ def displays(catalogue, scenes, reference=None):
 @pytest.mark.wings
 def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
     plugin(FIGURES, TABLES, toydisplays=TOY)
-    assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == "toydisplays"
+    made = FIGURES.find("toy_curve").make, TABLES.find("toy_stiffness").make
+    assert {each.__module__ for each in made} == {"toydisplays"}
     assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (
         "of no place: last"
     )
     figures, tables = (displays(catalogue, scenes) for catalogue in (FIGURES, TABLES))
-    assert figures.files("toy_curve", "out") == {"dns": "out/simulation/dns-tie-course.nc"}
-    assert tables.files("toy_stiffness", "out") == {
-        "rom3d": "out/simulation/rom3d-tie-course.nc",
-        "contacts": "out/contacts/dns-tie-wale.nc",
+    assert {role: str(step) for role, step in figures.sources_of("toy_curve").items()} == {
+        "dns": "simulation dns-tie-course"
+    }
+    assert {role: str(step) for role, step in tables.sources_of("toy_stiffness").items()} == {
+        "rom3d": "simulation rom3d-tie-course",
+        "contacts": "contacts dns-tie-wale",
     }
     assert {role: scene.name for role, scene in figures.scenes("toy_curve").items()} == {
         "dns": "dns-tie-course"
@@ -69,7 +76,20 @@ def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
     alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
     assert "toy_stiffness" not in alone.names()
     with refusal(r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
-        alone.files("toy_stiffness", "out")
+        alone.sources_of("toy_stiffness")
+
+
+@pytest.mark.wings
+def test_a_table_is_made_from_another_table(scenes):
+    """Its file is a source, and its digest counts: one simulation less makes both anew."""
+    every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))
+    assert set(every.files("verdicts", "out")) == {"claims", "readings", "findings"}
+    assert every.files("verdicts", "out")["findings"] == "out/tables/findings.csv"
+    assert every.digest("verdicts") == displays(TABLES, scenes, reference_files(CONFIG)).digest("verdicts")
+    assert every.digest("findings") != fewer.digest("findings")
+    assert every.digest("verdicts") != fewer.digest("verdicts")
+    with refusal(r"'verdicts' needs geometry of yarns-tie-course or"):
+        displays(TABLES, [], reference_files(CONFIG)).files("verdicts", "out")
 
 
 STICKY = '''

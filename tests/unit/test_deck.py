@@ -14,8 +14,8 @@ from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.knit.mesh.mesher import mesh_scene
 from knitstudy.knit.models.hexahedra.build import divide
-from knitstudy.use.deck import Interaction, specimen_deck
-from knitstudy.use.inp import write_inp
+from knitstudy.use.decks.deck import Interaction, specimen_deck
+from knitstudy.use.decks.inp import write_inp
 
 E, NU = 1.3e9, 0.42
 G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))

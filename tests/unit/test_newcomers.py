@@ -36,10 +36,10 @@ def test_a_material_is_one_file(plugin):
 FIGURE = """
 from matplotlib.figure import Figure
 
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.run.catalogue import FIGURES, one
 
 
-@FIGURES.add("toy", "A toy", results={"dns": solid("simulation", "tie-course")})
+@FIGURES.add("toy", "A toy", results={"dns": one("simulation", "yarns-tie-course")})
 def draw(dns):
     return Figure()
 """

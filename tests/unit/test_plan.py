@@ -15,7 +15,7 @@ from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.cost import expected_memory, expected_seconds, unknowns
+from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES, code_digest
 from knitstudy.run.store import Store, simulate
@@ -30,8 +30,8 @@ def test_a_plan_imports_no_library_of_results_and_no_mechanics_of_models(printed
     """The workflow starts in a third of the time, and each job of a cluster starts it twice."""
     code = (
         "from knitstudy.run.plan import Plan; from knitstudy.run.stages import STAGES;"
-        "plan = Plan.of(); scene = plan.scenes['rom3d-tie-course']; stage = STAGES['simulation'];"
-        "print(len(plan.step('simulation', scene).digest), stage.memory(scene) > 0, stage.seconds(scene) > 0)"
+        "plan = Plan.of(); scene = plan.scenes['rom3d-tie-course']; step = plan.step('simulation', scene);"
+        "print(len(step.digest), step.cost.memory > 0, step.cost.seconds > 0)"
     )
     assert printed_and_imported(code) == ["16 True True", "[]"]
 
@@ -109,7 +109,9 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     assert read_dataset(path).equals(whole)
     why = "dns-a ended at strain 2.00%: no balance."
     network = plan.scenes["rom3d-a"]
-    assert store.ended_early(plan, [step.scene, network]) == dict.fromkeys(("dns-a", "rom3d-a"), why)
+    assert store.ended_early([step, plan.step("simulation", network)]) == dict.fromkeys(
+        ("dns-a", "rom3d-a"), why
+    )
     ending = replace(failing, stage=replace(failing.stage, function=lambda _: whole))
     store.make(ending, {}, anew=True)
     assert not list(tmp_path.rglob("*.incomplete.nc"))
@@ -118,17 +120,17 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
 @pytest.mark.parametrize(("name", "count", "peak", "seconds"), READ["costs"])
 def test_measured_costs_are_expected(name, count, peak, seconds):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
-    scene = load_scene(name)
-    assert unknowns(scene) == pytest.approx(count, rel=0.1)
-    assert peak <= expected_memory(scene) <= 2 * peak
-    assert seconds <= expected_seconds(scene) <= 4 * seconds
+    cost = expected_cost(load_scene(name))
+    assert cost.unknowns == pytest.approx(count, rel=0.1)
+    assert peak <= cost.memory <= 2 * peak
+    assert seconds <= cost.seconds <= 4 * seconds
 
 
 @pytest.mark.parametrize(("model", "loops", "peak"), READ["memory in contact"])
 def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
     scene = load_scene(f"domain-{model}-isotropic-course-10x10")
     keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
-    assert peak <= expected_memory(scene.vary(keys)) <= 1.3 * peak
+    assert peak <= expected_cost(scene.vary(keys)).memory <= 1.3 * peak
 
 
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):

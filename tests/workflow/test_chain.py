@@ -15,7 +15,7 @@ from knitstudy.run.stages import STAGES
 def test_every_scene_has_a_history_with_provenance(checkout):
     scenes = load_scenes(checkout.folder / "config")
     for name in load_study("ci", checkout.folder / "config"):
-        history = read_dataset(checkout.folder / "results" / STAGES["simulation"].path(scenes[name]))
+        history = read_dataset(checkout.folder / "results" / STAGES["simulation"].path(name))
         assert history.scene == name
         assert history.digest
         if scenes[name].is_knit:
