@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from refusals import READ, refusal
+from refusals import READ, REFUSED, refusal
 
 from knitstudy.knit.geometry.readers import read_fabric
 from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
@@ -210,22 +210,12 @@ def test_what_cannot_be_knitted_or_simulated_is_named(tmp_path, lines, reason):
         repeat_of(knitted(tmp_path / "a.k", *lines))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "reason"),
-    [
-        (";;Gauge: 15", ";;Gauge: fine", "'fine' but must be needles per inch"),
-        (";;Gauge: 15\n", "", "names no ;;Gauge:"),
-        (HEAD, "", "is empty"),
-        (HEAD, HEAD, "has no stitches"),
-        ("", "", "there is no such file"),
-    ],
-)
-def test_files_without_gauge_or_stitches(tmp_path, old, new, reason):
-    path = tmp_path / "a.k"
-    if "Gauge" in reason or "inch" in reason:
-        path.write_text((FILES / "rib.k").read_text().replace(old, new))
-    elif old:
-        path.write_text(new)
+@pytest.mark.parametrize(("text", "reason"), REFUSED["knitout"])
+def test_files_without_gauge_or_stitches(tmp_path, text, reason):
+    """HEAD are the first lines of a file; BEGIN and RIB are what a file of a rib has before and after its gauge."""
+    path, rib = tmp_path / "a.k", (FILES / "rib.k").read_text().partition(";;Gauge: 15\n")
+    if text is not None:
+        path.write_text(text.format(HEAD=HEAD, BEGIN=rib[0], RIB=rib[2]))
     with refusal(reason):
         read_fabric(path)
 
