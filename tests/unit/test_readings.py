@@ -209,10 +209,6 @@ def tabulate(every, scenes):
 
 def test_a_claim_and_a_table_are_one_file(sources, plugin):
     """A claim has its row of the rules beside the file."""
-
-
-def test_a_claim_and_a_table_are_one_file(sources, plugin):
-    """A claim has its row of the rules beside the file."""
     rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1", counts="yes")
 
     def made():
