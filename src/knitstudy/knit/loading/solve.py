@@ -21,10 +21,9 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.load_path import Guide, trace
 from knitstudy.mechanics.model import Model
 
 # Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
