@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, in_parts
+from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, Elements
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
 _LOWER = np.array([(-1.0, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)])
@@ -108,10 +108,11 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
-class Hexahedra:
-    """Elements of n nodes and q points each, in total Lagrangian form."""
+class Hexahedra(Elements):
+    """Elements of n nodes and q points each, in total Lagrangian form.
 
-    few: int  # elements whose points fit into a processor's cache together
+    Forces are not numbers where an element is folded at one of its points.
+    """
 
     def __init__(
         self,
@@ -125,17 +126,9 @@ class Hexahedra:
         self.volume = weight.sum(axis=1)
         self.axes = np.swapaxes(natural_axes(corners, points), 0, 1) if material.directional else None
 
-    def respond(
-        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
-    ) -> ElementResponse:
-        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
-
-        Forces are not numbers where an element is folded at one of its points.
-        """
-        return in_parts(self._respond, self.few, batch, displacement, stiffness, out)
-
-    def _respond(self, here: slice, displacement: Floats, out: Floats | None) -> tuple[Floats, Floats]:
-        """Return force (e, n, 3) and energy (e,); put the stiffness into `out`."""
+    def _respond(
+        self, here: slice, displacement: Floats, out: Floats | None, step: Floats | None
+    ) -> tuple[Floats, Floats]:
         gradient, weight = self.gradient[here], self.weight[here]
         e, n, q, _ = gradient.shape
         flat = gradient.reshape(e, n, 3 * q)
@@ -199,7 +192,12 @@ class OnePointHexahedron(Hexahedra):
         self.hourglass_stiffness = coefficient * material.shear_modulus * volume * size
 
     def respond(
-        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
+        self,
+        batch: slice,
+        displacement: Floats,
+        stiffness: bool,
+        out: Floats | None = None,
+        step: Floats | None = None,
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         answer = super().respond(batch, displacement, stiffness, out)
