@@ -24,11 +24,8 @@ FLAT = 1e-6  # extent of the prescribed nodes in a direction, over the largest, 
 class PrescribedDisplacement:
     """Prescribed unknowns along the load path.
 
-    Raises
-    ------
-    ConfigurationError
-        For an unknown with a negative number, values that are not one for each unknown and corner, or an unknown that
-        is prescribed twice with two values.
+    Raises ConfigurationError for an unknown with a negative number, values that are not one for each unknown and
+    corner, or an unknown that is prescribed twice with two values.
     """
 
     fixed: Ints  # (k,) indices of the prescribed unknowns
