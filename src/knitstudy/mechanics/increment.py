@@ -143,15 +143,6 @@ class Settings:
     )
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
 
-    @classmethod
-    def of(cls, solver: Any) -> Settings:
-        """Return the settings of a scene's section `solver`."""
-        return cls(
-            increments=solver.increments,
-            residual_tolerance=solver.residual_tolerance,
-            correction_tolerance=solver.correction_tolerance,
-        )
-
 
 @dataclass(frozen=True)
 class Rate:

@@ -133,8 +133,8 @@ class SolidModel:
         nodes: Floats,  # (N, 3), undeformed, adjusted to the ties [m]
         groups: Sequence[ElementGroup],  # all of one material
         length: float,  # element size h [m]
-        transformation: sp.csr_matrix
-        | None = None,  # (N, n), T of nodes that depend on others; see `assembly`
+        # (N, n), T of nodes that depend on others; see `assembly`
+        transformation: sp.csr_matrix | None = None,
         stabilisation: Stabilisation | None = None,
         # (N, N), positive semidefinite stiffness between nodes, the same for every component [N/m]; its energy
         # counts as energy of a penalty

@@ -91,7 +91,11 @@ def settings_of(solver: Newton, touches: bool, stride: float = np.inf) -> Settin
 
     Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
     """
-    settings = Settings.of(solver)
+    settings = Settings(
+        increments=solver.increments,
+        residual_tolerance=solver.residual_tolerance,
+        correction_tolerance=solver.correction_tolerance,
+    )
     return replace(settings, predictor=1, stride=stride) if touches else settings
 
 

@@ -281,8 +281,8 @@ class LineContact:
         state: BeamState,
         vectors: np.ndarray,  # (2, 3), of the lattice [m]
         history: LineHistory,
-        active: ActivePairs
-        | None = None,  # with their slip, of this state and this history, if they are known
+        # with their slip, of this state and this history, if they are known
+        active: ActivePairs | None = None,
     ) -> LineHistory:
         """Return the history that a converged increment leaves."""
         active = active or self.active_pairs(state, vectors, history, slip=True)

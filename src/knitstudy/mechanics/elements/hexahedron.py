@@ -34,13 +34,7 @@ def shape(natural: np.ndarray) -> np.ndarray:
 
 
 def shape_gradient(natural: Floats, functions: Functions = shape) -> Floats:
-    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998).
-
-    Examples
-    --------
-    >>> shape_gradient(np.zeros((1, 3))).shape
-    (1, 8, 3)
-    """
+    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998)."""
     return np.stack([functions(natural + STEP * d).imag for d in 1j * np.eye(3)], axis=2) / STEP
 
 
@@ -155,9 +149,8 @@ class Hexahedra(Elements):
 # Hexahedron with one integration point and hourglass control
 
 _X, _Y, _Z = CORNERS.T
-HOURGLASS = np.stack(
-    [_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z]
-)  # vectors (4, 8) of Flanagan and Belytschko (1981)
+# Vectors (4, 8) of Flanagan and Belytschko (1981)
+HOURGLASS = np.stack([_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z])
 
 
 @ELEMENTS.register
@@ -357,9 +350,8 @@ def quadratic_shape(natural: np.ndarray) -> np.ndarray:
     return np.concatenate([product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4], axis=1)
 
 
-QUADRATIC_GRADIENTS = shape_gradient(
-    GAUSS, quadratic_shape
-)  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
+# Natural gradients (8 points, 20 nodes, 3) at the Gauss points
+QUADRATIC_GRADIENTS = shape_gradient(GAUSS, quadratic_shape)
 
 
 @ELEMENTS.register
@@ -381,10 +373,8 @@ class QuadraticHexahedron(Hexahedra):
         material: Material,
         coefficient: float = 0.0,  # of hourglass control, which it does without
     ) -> None:
-        weight, gradient = (
-            np.empty((len(corners), len(GAUSS))),
-            np.empty((len(corners), NODES, len(GAUSS), 3)),
-        )
+        count, points = len(corners), len(GAUSS)
+        weight, gradient = np.empty((count, points)), np.empty((count, NODES, points, 3))
         for q, natural in enumerate(QUADRATIC_GRADIENTS):
             weight[:, q], gradient[:, :, q] = jacobians(corners, natural)
         super().__init__(corners, material, GAUSS, weight, gradient)

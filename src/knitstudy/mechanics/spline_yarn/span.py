@@ -101,9 +101,8 @@ class MeanDilatation:
 
     def _pressure(self, spans: slice, mean: Floats) -> Floats:
         of_given = (mean[:, None] @ self.orthonormal[spans])[:, 0]
-        return np.repeat(self.lame * (self._functions @ of_given.T), self._weight.shape[2], axis=1).reshape(
-            -1
-        )
+        of_spans = self.lame * (self._functions @ of_given.T)  # (m, e)
+        return np.repeat(of_spans, self._weight.shape[2], axis=1).reshape(-1)
 
 
 CACHE = 12_000  # points whose moduli fit into a processor's cache together
