@@ -27,7 +27,7 @@ from knitstudy.run.configuration import load_scene, load_scenes
 
 TABLE = Path("results/tables/bench.csv")
 
-SOLVERS = ("three_scale", "lu")
+SOLVERS = ("three_scale", "amg", "lu")
 
 SIZES = (3, 6, 10, 20, 30)
 """Loops and rows of tied networks."""

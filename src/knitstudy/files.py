@@ -110,7 +110,7 @@ def _flush_to_disk(path: Path) -> None:
 # Provenance of a result
 
 
-LIBRARIES = ("numpy", "scipy")
+LIBRARIES = ("numpy", "scipy", "pyamg")
 VERSIONS = ("code_version", *LIBRARIES, "blas")
 """Names of what `provenance` returns."""
 

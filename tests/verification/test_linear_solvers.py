@@ -40,15 +40,16 @@ def solution(solver, matrix, rhs, tolerance=1e-10):
     return solver.solve(rhs, tolerance)
 
 
-def test_agrees_with_lu(cell, verify):
+@pytest.mark.parametrize("name", ["three_scale", "amg"])
+def test_agrees_with_lu(cell, name, verify):
     yarns, problem = cell
     matrix, rhs = tangent(problem)
     exact = solution(LU(), matrix, rhs).x
-    actual = solution(linear_solver("three_scale", yarns, problem.prescribed), matrix, rhs)
+    actual = solution(linear_solver(name, yarns, problem.prescribed), matrix, rhs)
     residual = np.linalg.norm(rhs - matrix @ actual.x) / np.linalg.norm(rhs)
-    verify.at_most("three_scale: true relative residual, 1e-10 asked for", residual, 1.01e-10)
+    verify.at_most(f"{name}: true relative residual, 1e-10 asked for", residual, 1.01e-10)
     error = np.abs(actual.x - exact).max() / np.abs(exact).max()
-    verify.at_most("three_scale: solution against LU", error, 1e-6, "LU")
+    verify.at_most(f"{name}: solution against LU", error, 1e-6, "LU")
 
 
 def test_lu_is_refined_also_where_forces_are_small(verify):

@@ -128,7 +128,7 @@ class SolidNewton(Newton):
     stabilisation: float = numerics("assumed", unit="E", meaning="times Young's modulus", ge=0, le=1e6)
     """Section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it. Checked: 0 to 1e-6,
     of one cell at 0.6 mm: force within 0.003 %."""
-    linear: Literal["auto", "three_scale", "lu"] = numerics("choice")
+    linear: Literal["auto", "three_scale", "amg", "lu"] = numerics("choice")
     """Numerical; no result depends on it. Checked: auto."""
 
 

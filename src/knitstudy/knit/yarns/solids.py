@@ -37,7 +37,7 @@ from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import KnitStructure, ThreeScale
+from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.model import Stabilisation, transformation
 from knitstudy.mechanics.solid import SolidModel, SolidState
 
@@ -274,5 +274,7 @@ def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplaceme
     """Return the linear solver of a scene; `auto` takes three scales, and LU where they fail in a small model."""
     if name == "lu":
         return LU()
+    layout = structure(yarns, prescribed)
     small = name == "auto" and yarns.model.size <= DIRECT_UNKNOWNS
-    return Krylov(ThreeScale(structure(yarns, prescribed)), LU() if small else None)
+    preconditioner = AlgebraicMultigrid(layout) if name == "amg" else ThreeScale(layout)
+    return Krylov(preconditioner, LU() if small else None)

@@ -1,4 +1,4 @@
-"""Preconditioner of solid knits on three scales.
+"""Preconditioners of solid knits: three scales, and plain algebraic multigrid.
 
 Yarns are narrow bands along themselves, factorised by Cholesky's method; crossings are patches of both yarns together,
 by sparse LU; the fabric is a Galerkin grid of rigid motions of every few stations, a beam network, by sparse LU.
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pyamg
 import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import SuperLU
@@ -356,3 +357,36 @@ class ThreeScale:
         for scale in self._order:
             scale.correct(residual, correction)
         return correction
+
+
+# Plain algebraic multigrid as a preconditioner
+
+
+class AlgebraicMultigrid:
+    """Plain pyamg: smoothed aggregation with the rigid modes and block smoothing (Vanek et al. 1996)."""
+
+    def __init__(self, structure: KnitStructure) -> None:
+        self._structure = structure
+
+    def update(self, system: System) -> None:
+        """Build the hierarchy of the symmetric part, wherever contact acts."""
+        whole = np.zeros(len(self._structure.yarn), dtype=np.int64)
+        smoother = ("block_gauss_seidel", {"sweep": "symmetric", "blocksize": 3})
+        with system.symmetric():
+            matrix = system.matrix if system.unsymmetric is None else system.matrix.copy()
+        self._cycle = pyamg.smoothed_aggregation_solver(
+            matrix,
+            B=self._structure.rigid_motions(whole, system.moved).reshape(-1, 6),
+            presmoother=smoother,
+            postsmoother=smoother,
+            max_coarse=2000,
+            coarse_solver="splu",
+        ).aspreconditioner(cycle="V")
+
+    def release(self) -> None:
+        """Forget the hierarchy."""
+        self._cycle = None
+
+    def apply(self, residual: Floats) -> Floats:
+        """Return one V-cycle's correction (size,)."""
+        return self._cycle @ residual
