@@ -23,10 +23,9 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.continuation import Guide
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.load_path import Guide, trace
 from knitstudy.mechanics.model import Model, Response
 
 # Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
@@ -94,7 +93,11 @@ def settings_of(solver: Newton, touches: bool, stride: float = np.inf) -> Settin
 
     Where contact begins, a parabola through earlier increments overshoots far into the other yarn.
     """
-    settings = Settings.of(solver)
+    settings = Settings(
+        increments=solver.increments,
+        residual_tolerance=solver.residual_tolerance,
+        correction_tolerance=solver.correction_tolerance,
+    )
     return replace(settings, predictor=1, stride=stride) if touches else settings
 
 
