@@ -279,6 +279,7 @@ def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)
 
 
+@pytest.mark.wings
 def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
     from knitstudy.use.commands import curves
 
