@@ -25,8 +25,8 @@ from knitstudy.mechanics.linear import System
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import eliminate
 from knitstudy.run.stages import STAGES
-from knitstudy.use.deck import specimen_deck
-from knitstudy.use.inp import write_inp
+from knitstudy.use.decks.deck import specimen_deck
+from knitstudy.use.decks.inp import write_inp
 
 TOLERANCE = 1e-8
 """True relative residual of linear solves."""

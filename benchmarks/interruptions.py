@@ -128,7 +128,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
         time.sleep(row["moment"])
         run.end(SIGNALS[way])
         row |= {"said": run.ended(), "reported": run.reported(), "kept": _kept(folder)}
-        finished = (folder / STAGES["simulation"].path(bench.scene)).exists()
+        finished = (folder / STAGES["simulation"].path(bench.scene.name)).exists()
         lost = 0 if finished else row["reported"] - max(row["kept"], 0)
         wrong = [f"{lost} increments lost"] if lost > 1 else []
         wrong += [UNENDED] if row["said"] == UNENDED else []
@@ -137,7 +137,7 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
     if said := again.ended():
         wrong.append(f"does not go on: {said}")
     else:
-        history = read_dataset(folder / STAGES["simulation"].path(bench.scene))
+        history = read_dataset(folder / STAGES["simulation"].path(bench.scene.name))
         if not _comparable(history).equals(_comparable(bench.history)):
             wrong.append("another history")
     wrong += [f"{path.name} stays" for path in folder.rglob("*.partial*")]

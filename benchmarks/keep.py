@@ -74,6 +74,7 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 # Verdicts of the full study
 
 FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
+FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES, FULL_FIGURES = ("readings", "combinations", "sweeps"), ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 
@@ -85,23 +86,24 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     if not scenes:
         message = f"has no simulation of the study {STUDY!r} that is up to date"
         raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
-    tables, figures = (full_study(each, plan, scenes, config) for each in (TABLES, FIGURES))
-    read: dict[str, tuple[Any, Any]] = {}  # files of the display before, with their content, by argument
+    names = [scene.name for scene in scenes]
+    tables, figures = (full_study(each, plan, names, config) for each in (TABLES, FIGURES))
+    sources = read_sources(tables.files(FINDINGS, RESULTS).items())
+    found = TABLES.make(FINDINGS, **sources, scenes=tables.scenes(FINDINGS))
 
     def sources_of(displays: Displays, name: str) -> dict[str, Any]:
-        """Return the sources of a display; several displays in turn take the same hundreds of files."""
-        nonlocal read
-        read = {
-            argument: read[argument]
-            if read.get(argument, (None,))[0] == files
-            else (files, read_sources([(argument, files)])[argument])
-            for argument, files in displays.files(name, RESULTS).items()
-        }
-        return {argument: content for argument, (_, content) in read.items()}
+        """Return the sources of a display; findings are of the scenes that are up to date, not those of a study."""
+        files = displays.files(name, RESULTS).items()
+        made = {FINDINGS: found} if FINDINGS in displays.catalogue.find(name).tables else {}
+        return read_sources((argument, file) for argument, file in files if argument not in made) | made
 
-    found = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS), scenes=tables.scenes(VERDICTS))
     command, share = f"make {VERDICTS}", f"{len(scenes)} of {len(study)}"
-    table = stamped(found, command, digest=tables.digest(VERDICTS), simulations=share)
+    table = stamped(
+        TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)),
+        command,
+        digest=tables.digest(VERDICTS),
+        simulations=share,
+    )
     readings = read_table(reference_files(config)["readings"])
     for name in FULL_TABLES:
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
@@ -199,7 +201,9 @@ def values_found(scenes: Mapping[str, Scene], results: Path, config: Path = CONF
     """Return the values of those simulations among scenes whose results are there and up to date."""
     there = up_to_date(Plan.of(config), scenes.values(), results, SIMULATED)
     stages = [STAGES[name] for name in SIMULATED]
-    read = ({scene.name: read_result(results / stage.path(scene)) for scene in there} for stage in stages)
+    read = (
+        {scene.name: read_result(results / stage.path(scene.name)) for scene in there} for stage in stages
+    )
     return values_of(*read)
 
 

@@ -22,7 +22,8 @@ from trade import SAMPLE
 
 from knitstudy.files import write_table
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, measured_rows, promised
+from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, Promises, measured_rows
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Inputs, load_trade
 
 KEPT = RESOURCES / "promises.csv"
@@ -46,14 +47,13 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
         if (basis is None or row["knit"] not in first) and row["question"]:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
-        problem = trade.scene(cases[case], Inputs.of_row(there[0]), knit)
+        problem = Problem(trade.scene(cases[case], Inputs.of_row(there[0]), knit), trade)
         errors, seconds = (
             {row["model setting"]: row[column] for row in there} for column in (ERROR, SECONDS)
         )
         promising = [row for row in rows if row["knit"] in first - {knit}]
-        settings = [
-            setting for setting in promised(problem, question, trade, promising) if setting.name in errors
-        ]
+        promised = Promises(problem, promising).settings(question)
+        settings = [setting for setting in promised if setting.name in errors]
         for accuracy in ACCURACIES:
             of = {"scene": f"{knit}-{case}", "question": question, "accuracy [1]": accuracy, "model": ""}
             if good := [setting for setting in settings if setting.error <= accuracy]:

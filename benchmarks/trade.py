@@ -22,15 +22,18 @@ from pathlib import Path
 import pandas as pd
 from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
+from sample_points import drawn, points_of
 
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
 from knitstudy.files import read_table, write_table, write_text
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
-from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT, applies
+from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
-from knitstudy.run.trade import code_of, collect, run
+from knitstudy.run.stages import MODEL, code_digest
+from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
@@ -47,7 +50,7 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
     `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for inputs in islice(trade.points(), MOST_TRIED * first):
+    for inputs in islice(points_of(trade), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
@@ -66,6 +69,11 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     return FOUND
 
 
+def code_of(problem: Problem, setting: str) -> str:
+    """Return the digest of the code, and of all keys, behind a run."""
+    return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
+
+
 def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.DataFrame:
     """Run all model settings on the first knits of the sample, one after the other, and return their errors and prices.
 
@@ -82,21 +90,20 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
         knit, point = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
         fresh = False
         for case in (each for each in trade.cases() if trade.settings_of(each, number)):
-            inputs = trade.drawn(case, point)
-            problem = problems[knit, case] = trade.scene(case, inputs, f"{knit}-{case}")
+            inputs = drawn(trade, case, point)
+            name = f"{knit}-{case}"
+            problem = problems[knit, case] = Problem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
-                if not applies(problem, keys):
+                if setting not in problem.settings:
                     continue
-                code = code_of(problem, keys)
-                path = folder / f"{problem.name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
+                code = code_of(problem, setting)
+                path = folder / f"{name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
                 if anew or not path.is_file():
                     shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, setting, keys, trade.limit, SCRATCH) | {"code": code}
+                    record = run(problem, setting, SCRATCH) | {"code": code}
                     write_text(json.dumps(record), path)
-                    print(
-                        f"{problem.name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s"
-                    )
+                    print(f"{name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
                     fresh = True
                 records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
                 other += records[knit, case][-1]["code"] != code
@@ -115,7 +122,7 @@ def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     for of_setting, of in table.dropna(subset=[ERROR]).groupby(of_settings, sort=False):
         row = dict(zip(of_settings, of_setting, strict=True))
         row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
-        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.quantile.of(of[ERROR].to_numpy())}
+        row |= {"median error [1]": of[ERROR].median(), ERROR: trade.bound(of[ERROR].to_numpy())}
         rows.append(row | of[[SECONDS, MEMORY]].median().to_dict())
     return pd.DataFrame(rows)
 

@@ -51,10 +51,9 @@ class Registry(Generic[Entry]):
     def __init__(self, what: str, package: str = "") -> None:
         self.what, self._package = what, package
         self._entries: dict[str, Entry] = {}
-        self._modules: dict[str, str] = {}
 
     def register(self, entry: Entry) -> Entry:
-        """Add an entry of the calling module and return it: a decorator of classes as well.
+        """Add an entry and return it: a decorator of classes as well.
 
         Raises ConfigurationError if another entry has the same name.
         """
@@ -62,7 +61,6 @@ class Registry(Generic[Entry]):
         if name in self._entries:
             raise ConfigurationError(f"{self.what} {name!r} is registered twice")
         self._entries[name] = entry
-        self._modules[name] = sys._getframe(1).f_globals["__name__"]
         return entry
 
     def all(self) -> dict[str, Entry]:
@@ -89,11 +87,6 @@ class Registry(Generic[Entry]):
                 if find_spec(module):
                     import_module(module)
         return find(self.what, self._entries if name in self._entries else self.all(), name, where)
-
-    def module(self, name: str) -> str:
-        """Return the dotted name of the module that registers an entry."""
-        self.find(name)
-        return self._modules[name]
 
 
 @dataclass(frozen=True)

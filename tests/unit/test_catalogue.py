@@ -1,6 +1,5 @@
 """Figures and tables from outside of the package: one file each, drawn, planned and reported like all others."""
 
-import sys
 from dataclasses import replace
 
 import pytest
@@ -9,24 +8,24 @@ from refusals import refusal
 
 from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
-from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
+from knitstudy.knit.scene.kinds import INTERACTIONS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
-from knitstudy.registry import load_plugins
-from knitstudy.run.catalogue import FIGURES, TABLES, Displays
-from knitstudy.run.configuration import load_scenes
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
+from knitstudy.run.configuration import CONFIG, load_scenes
 from knitstudy.run.plan import Plan
 
 TOY = """
-from knitstudy.run.catalogue import FIGURES
-from knitstudy.run.catalogue import network, several, solid
-from knitstudy.run.catalogue import TABLES
+from knitstudy.run.catalogue import FIGURES, TABLES, one, several
 
 
 @FIGURES.add(
     "toy_curve",
     "A toy",
-    results={"dns": solid("simulation", "tie-course"), "beams": several("simulation", "beam-*-none", optional=True)},
+    results={
+        "dns": one("simulation", "yarns-tie-course", "dns-tie-course"),
+        "beams": several("simulation", "beam-*-none", optional=True),
+    },
 )
 def curve(dns, scenes, beams=None):
     return dns, scenes, beams
@@ -35,23 +34,14 @@ def curve(dns, scenes, beams=None):
 @TABLES.add(
     "toy_stiffness",
     "Another",
-    results={"rom3d": network("rom3d", "tie-course"), "contacts": solid("contacts", "tie-wale")},
+    results={
+        "rom3d": one("simulation", "rom3d-tie-course"),
+        "contacts": one("contacts", "yarns-tie-wale", "dns-tie-wale"),
+    },
 )
 def stiffness(rom3d, contacts):
     return rom3d, contacts
 """
-
-
-@pytest.fixture
-def toy(tmp_path, monkeypatch):
-    """Name of a module outside of the package that is not imported yet."""
-    (tmp_path / "toydisplays.py").write_text(TOY)
-    monkeypatch.syspath_prepend(tmp_path)
-    for catalogue in (FIGURES, TABLES):
-        monkeypatch.setattr(catalogue, "_entries", dict(catalogue.all()))
-    load_plugins(["toydisplays"])
-    yield "toydisplays"
-    del sys.modules["toydisplays"]
 
 
 @pytest.fixture
@@ -64,16 +54,20 @@ def displays(catalogue, scenes, reference=None):
 
 
 @pytest.mark.wings
-def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
-    assert FIGURES.module("toy_curve") == TABLES.module("toy_stiffness") == toy
+def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
+    plugin(FIGURES, TABLES, toydisplays=TOY)
+    made = FIGURES.find("toy_curve").make, TABLES.find("toy_stiffness").make
+    assert {each.__module__ for each in made} == {"toydisplays"}
     assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (
         "of no place: last"
     )
     figures, tables = (displays(catalogue, scenes) for catalogue in (FIGURES, TABLES))
-    assert figures.files("toy_curve", "out") == {"dns": "out/simulation/dns-tie-course.nc"}
-    assert tables.files("toy_stiffness", "out") == {
-        "rom3d": "out/simulation/rom3d-tie-course.nc",
-        "contacts": "out/contacts/dns-tie-wale.nc",
+    assert {role: str(step) for role, step in figures.sources_of("toy_curve").items()} == {
+        "dns": "simulation dns-tie-course"
+    }
+    assert {role: str(step) for role, step in tables.sources_of("toy_stiffness").items()} == {
+        "rom3d": "simulation rom3d-tie-course",
+        "contacts": "contacts dns-tie-wale",
     }
     assert {role: scene.name for role, scene in figures.scenes("toy_curve").items()} == {
         "dns": "dns-tie-course"
@@ -82,7 +76,20 @@ def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
     alone = displays(TABLES, [scene for scene in scenes if "wale" not in scene.name])
     assert "toy_stiffness" not in alone.names()
     with refusal(r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
-        alone.files("toy_stiffness", "out")
+        alone.sources_of("toy_stiffness")
+
+
+@pytest.mark.wings
+def test_a_table_is_made_from_another_table(scenes):
+    """Its file is a source, and its digest counts: one simulation less makes both anew."""
+    every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))
+    assert set(every.files("verdicts", "out")) == {"claims", "readings", "findings"}
+    assert every.files("verdicts", "out")["findings"] == "out/tables/findings.csv"
+    assert every.digest("verdicts") == displays(TABLES, scenes, reference_files(CONFIG)).digest("verdicts")
+    assert every.digest("findings") != fewer.digest("findings")
+    assert every.digest("verdicts") != fewer.digest("verdicts")
+    with refusal(r"'verdicts' needs geometry of yarns-tie-course or"):
+        displays(TABLES, [], reference_files(CONFIG)).files("verdicts", "out")
 
 
 STICKY = '''
@@ -103,26 +110,6 @@ INTERACTIONS.register(
 '''
 
 
-@pytest.fixture
-def plugin(tmp_path, monkeypatch):
-    """Function that imports a module written for it; its entries in registries are forgotten afterwards."""
-    monkeypatch.syspath_prepend(tmp_path)
-    before = [kinds.names() for kinds in (SPECIMENS, INTERACTIONS)]
-    written = []
-
-    def load(name, text):
-        (tmp_path / f"{name}.py").write_text(text)
-        written.append(name)
-        load_plugins([name])
-
-    yield load
-    for kinds, known in zip((SPECIMENS, INTERACTIONS), before, strict=True):
-        for name in set(kinds.names()) - {*known}:
-            del kinds._entries[name]
-    for name in written:
-        sys.modules.pop(name, None)
-
-
 LONG = """
 import numpy as np
 from knitstudy.knit.geometry.stitch_mesh import loop
@@ -137,10 +124,9 @@ STITCHES.register(StitchKind("D", "a deep knit", 1, draw=long))
 """
 
 
-def test_a_stitch_is_one_file(plugin, monkeypatch):
+def test_a_stitch_is_one_file(plugin):
     """Its letter, its meaning, and how it is drawn."""
-    monkeypatch.setattr(STITCHES, "_entries", dict(STITCHES.all()))
-    plugin("deep_stitch", LONG)
+    plugin(STITCHES, deep_stitch=LONG)
     target = LoopTarget(2.2e-3, 3.3e-3, 0.22e-3, 0.0)
     lengths = [
         endless_cell_of_stitches(replace(target, stitches=(row,)), 2, 1).centrelines[0].length
@@ -152,7 +138,7 @@ def test_a_stitch_is_one_file(plugin, monkeypatch):
 
 def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     scene = load_scenes(config)["dns-a"]
-    plugin("sticky_yarns", STICKY)
+    plugin(INTERACTIONS, sticky_yarns=STICKY)
     sticky = scene.vary({"interaction": "sticky", "contact.adhesion": 1e5})
     assert sticky.contact.adhesion == 1e5
     assert sticky.contact.points == scene.replace("interaction", "rough").contact.points

@@ -8,12 +8,14 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from refusals import REFUSED, refusal
+from sample_points import points_of
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
 from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
-from knitstudy.run.advice.sample import Case, Inputs, load_trade, same_knit
+from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.sample import Case, load_trade
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene, load_scenes, problem_of
 
@@ -32,10 +34,11 @@ MEASURED = {  # error, seconds and memory of model settings; beams fail on every
 TIED = Case("cut_knit", "tied")
 
 
-def row(case, scene, setting, measured, scatter=1.0):
+def row(problem, setting, measured, scatter=1.0):
     columns = (choice.ERROR, choice.SECONDS, choice.MEMORY)
-    values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(Inputs.of(scene))
-    about = {"knit": scene.name, "problem": same_knit(scene), "case": str(case), "model setting": setting}
+    values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(problem.inputs)
+    about = {"knit": problem.scene.name, "problem": problem.digest, "case": str(problem.case)}
+    about |= {"model setting": setting}
     return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
 
 
@@ -48,15 +51,15 @@ def made(path, count):
     """Write a table of so many knits, and of one without a reference value."""
     trade, random = load_trade(), np.random.default_rng(1)
     rows = []
-    for number, inputs in enumerate(islice(trade.points(), count)):
+    for number, inputs in enumerate(islice(points_of(trade), count)):
         for (specimen, yarns), settings in MEASURED.items():
-            case = Case(specimen, yarns)
-            scene = trade.scene(case, inputs, f"k{number}")
+            problem = Problem(trade.scene(Case(specimen, yarns), inputs, f"k{number}"), trade)
             scatter = random.uniform(0.95, 1.0)
-            rows += [row(case, scene, name, each, scatter=scatter) for name, each in settings.items()]
+            rows += [row(problem, name, each, scatter=scatter) for name, each in settings.items()]
             if number % 3 == 0 and yarns == "touching":
                 rows[-2] |= {"error [1]": np.inf}
-    rows.append(row(TIED, scene, "", (np.nan, np.nan, np.nan)) | {"knit": "open"})
+    nothing = row(problem, "", (np.nan, np.nan, np.nan))
+    rows.append(nothing | {"knit": "open", "case": str(TIED)})
     write_table(pd.DataFrame(rows), path)
     return path
 
@@ -71,7 +74,7 @@ def ask(kept, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
     def asked(changes=(), scene="yarns-tie-course", **asks):
-        problem = load_scene(scene).vary(LOOP | dict(changes))
+        problem = Problem(load_scene(scene).vary(LOOP | dict(changes)))
         return choose(problem, Requirements(question="force", **asks), f"scene {scene!r}")
 
     return asked
@@ -83,8 +86,10 @@ def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
     actual = ask(accuracy=accuracy)
     assert actual.setting.name == setting
     assert 0.9 * MEASURED["cut_knit", "tied"][setting][0] < actual.setting.error <= accuracy
-    assert actual.basis.startswith("on 75 % of the knits in the box")
-    assert actual.basis.endswith("by 48 that were measured and without 1 on which solid yarns did not end")
+    assert actual.promises.basis.startswith("on 75 % of the knits in the box")
+    assert actual.promises.basis.endswith(
+        "by 48 that were measured and without 1 on which solid yarns did not end"
+    )
     assert {each.name for each in actual.settings} == set(MEASURED["cut_knit", "tied"])
 
 
@@ -119,14 +124,15 @@ def test_cells_of_several_loops_have_no_promise(ask):
 
 def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     changes = {"yarn.poisson_ratio": 0.49}
-    mine = load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3)
-    rows = [
-        row(load_trade().case_of(mine), mine, "network", (0.3, 2, 9)),
-        row(load_trade().case_of(mine), mine, "yarns2", (np.inf, 2, 9)),
-    ]
+    mine = Problem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
+    rows = [row(mine, "network", (0.3, 2, 9)), row(mine, "yarns2", (np.inf, 2, 9))]
     write_table(pd.DataFrame(rows), choice.OWN)
     actual = ask(changes, accuracy=0.5)
-    assert (actual.setting.name, actual.setting.error, actual.basis) == ("network", 0.3, "on this very knit")
+    assert (actual.setting.name, actual.setting.error, actual.promises.basis) == (
+        "network",
+        0.3,
+        "on this very knit",
+    )
     with refusal(r"yarn\.poisson_ratio is 0\.48"):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
     choice.OWN.write_text("error [1]\nlarge\n")
@@ -147,27 +153,28 @@ def test_the_endless_cell_is_offered_where_a_knit_has_no_promise(ask):
         ask({"pattern.loops": 30}, accuracy=0.05)
 
 
+def planned(accuracy, **size):
+    """Return what the command said of the made-up knit at an accuracy, with other numbers of cells."""
+    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", accuracy]
+    changes = LOOP | {f"pattern.{name}": count for name, count in size.items()}
+    arguments += [each for key, value in changes.items() for each in ("--set", f"{key}={value}")]
+    return CliRunner().invoke(main, arguments)
+
+
 def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept, monkeypatch, tmp_path):
-    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
-    for key, value in LOOP.items():
-        arguments += ["--set", f"{key}={value}"]
-    asked, taken, offer, *rest = CliRunner().invoke(main, arguments).stdout.splitlines()
+    asked, taken, offer, *rest = planned("0.05").stdout.splitlines()
     assert asked == "yarns-tie-course: force within 5 %, tie"
     assert taken.startswith("take network: error at most ")
     assert offer.startswith("if no edges matter, specimen: cell by yarns2")
     assert sum(line.endswith("\ttaken") for line in rest) == 1
     monkeypatch.setattr(choice, "TRADE_KEPT", made(tmp_path / "few.csv", 5))
-    message = CliRunner().invoke(main, arguments).stderr.splitlines()
-    assert len(message) == 1
-    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message[0]
+    (message,) = planned("0.05").stderr.splitlines()
+    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message
 
 
 def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_costs(ask):
     """Costs of 30 x 30 cells by the laws of jobs, errors of 4 x 4 cells by the sample."""
-    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
-    for key, value in (LOOP | {"pattern.loops": 30, "pattern.rows": 30}).items():
-        arguments += ["--set", f"{key}={value}"]
-    offer, without, head, *rows = CliRunner().invoke(main, arguments).stdout.splitlines()
+    offer, without, head, *rows = planned("0.05", loops=30, rows=30).stdout.splitlines()
     assert offer.startswith("if no edges matter, specimen: cell by yarns2: error at most ")
     assert without.startswith("no error is promised of 30 x 30 cells")
     assert head.split("\t") == ["model", "seconds", "MB", "error at most on 4 x 4 cells [%]"]
@@ -181,12 +188,9 @@ def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_cost
 def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     knit = LOOP | {"pattern.loops": 30, "pattern.rows": 30}
     problem, _, _ = problem_of("yarns-tie-course", knit)
-    case = load_trade().case_of(problem)
-    write_table(pd.DataFrame([row(case, problem, "network", (0.03, 2, 9))]), choice.OWN)
-    changes = [each for key, value in knit.items() for each in ("--set", f"{key}={value}")]
-    plan = ["plan", "yarns-tie-course", "--question", "force", *changes]
-    assert "take network: error at most 3 %" in CliRunner().invoke(main, [*plan, "--accuracy", "0.05"]).stdout
-    message = CliRunner().invoke(main, [*plan, "--accuracy", "0.01"])
+    write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
+    assert "take network: error at most 3 %" in planned("0.05", loops=30, rows=30).stdout
+    message = planned("0.01", loops=30, rows=30)
     assert message.exit_code == 1
     assert "ask.accuracy is 0.01, but nearest comes network" in message.stderr
 
@@ -197,9 +201,7 @@ def test_scenes_of_a_family_may_ask(ask, config):
     keys = "fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04"
     family.write_text(f"studies: []\nkeys: {{knit: plain}}\nscenes:\n- name: mine\n  keys: {{{keys}}}\n")
     problem, _, _ = problem_of("mine", {}, config)
-    write_table(
-        pd.DataFrame([row(load_trade().case_of(problem), problem, "network", (0.03, 2, 9))]), choice.OWN
-    )
+    write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
     mine = load_scenes(config)["mine"]
     assert (mine.fidelity, mine.value("rom.joint"), mine.load.strain) == ("rom3d", "patch", 0.04)
     family.write_text(family.read_text().replace("load.strain", "solver.increments: 4, load.strain"))

@@ -1,9 +1,10 @@
 """Verdicts turn with the numbers, and are withheld where the study is not the paper's."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import study
 import synthetic
@@ -17,11 +18,14 @@ from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.reference import problem_of
 from knitstudy.paper.claims import CLAIMS, at_least, at_most
 from knitstudy.paper.claims.contact import asymmetry
-from knitstudy.paper.claims.evidence import BY_OTHERS, decide, evidence_of, judge
+from knitstudy.paper.claims.evidence import evidence_of, judge
 from knitstudy.paper.claims.fabric import PAPERS_MESH
+from knitstudy.paper.claims.verdicts import BY_OTHERS, Reading, conclude, findings, under_readings
 from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
+
+NO_READINGS = pd.DataFrame(columns=[field.name for field in fields(Reading)])
 
 DIRECT = ("tie", "rough", "isotropic", "untied")
 """Simulations that are compared with each other, under their own names here."""
@@ -150,12 +154,18 @@ def test_values_of_the_paper_are_reproduced(evidence, claim):
 def test_discretisations_that_disagree_do_not_decide(evidence):
     """Zones of the centre cell: never more than three by the other one."""
     alike, other = replace(evidence), with_zones(evidence, [(0, 0, 0, 0)] * 3 + [(1, 1, 1, 0)] * 3)
-    decided = decide("K2", replace(evidence, again={"fine": alike}), BY_OTHERS)
-    assert decided.verdict == "reproduced"
-    assert decided.uncertainty.startswith("fine: reproduced, 4")
-    judged = decide("K2", replace(evidence, again={"fine": alike, "finest": other}), BY_OTHERS)
-    assert judged.verdict == "undecidable"
-    assert "finest: contradicted" in judged.uncertainty
+
+    def decide(**again):
+        found = findings(replace(evidence, again=again), NO_READINGS)
+        return conclude("K2", BY_OTHERS, found, under_readings(found, NO_READINGS))
+
+    decided = decide(fine=alike)
+    assert decided["verdict"] == "reproduced"
+    assert decided["uncertainty"].startswith("fine: reproduced, 4")
+    judged = decide(fine=alike, finest=other)
+    assert judged["verdict"] == "undecidable"
+    assert "finest: contradicted" in judged["uncertainty"]
+    assert decide()["uncertainty"] == "not known: one discretisation alone"
 
 
 @pytest.mark.parametrize("case", ["tie-course", "isotropic-wale"])

@@ -26,7 +26,7 @@ from knitstudy.measures.centre_cell import closest_neighbour
 from knitstudy.paper import figures
 from knitstudy.paper.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
 from knitstudy.paper.figures.fig15_force_strain import CUT
-from knitstudy.run.catalogue import FIGURES
+from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use import solids, style
 from knitstudy.use.solids import Picture, RenderingError, Surface, View, arrow, sphere, tube
 from knitstudy.use.style import describe, save
@@ -104,7 +104,8 @@ def results(knit, plain_scene, touching, paper, cases):
     own |= dict.fromkeys(("fig16_out_of_plane", "fig16_wale"), tied | {"scenes": solids})
     own["fig06_joints"] = tied | {"rom3d": synthetic.history_of(knit)}
     own["fig12_size_and_beams"] = friction | {"dns": curve()}
-    own["fig_readings"] = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"])}
+    judged = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"]), "scenes": inputs}
+    own["fig_readings"] = tied | {"findings": TABLES.make("findings", **judged)}
     return lambda name: own.get(name, tied)
 
 

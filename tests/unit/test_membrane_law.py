@@ -14,8 +14,8 @@ from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.store import described
+from knitstudy.use.decks.fabric import THICKNESS, solid_entries
 from knitstudy.use.fabric_law import States, fit_exponentials, law_of, membrane
-from knitstudy.use.inp import THICKNESS, solid_entries
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
 COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))

@@ -4,7 +4,6 @@ import base64
 import json
 import re
 import zlib
-from types import SimpleNamespace
 
 import meshio
 import numpy as np
@@ -13,7 +12,7 @@ import pyvista
 import synthetic
 import vtk
 import xarray as xr
-from refusals import refusal
+from refusals import REFUSED, refusal
 from synthetic import history_of as stations_of
 
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -24,7 +23,7 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
 from knitstudy.use.plot import draw
 from knitstudy.use.solids import AROUND
-from knitstudy.use.vtu import write_series, write_spline_yarns
+from knitstudy.use.vtu import solids, spline_grid, write_series
 
 
 def test_histories_are_drawn_beside_each_other():
@@ -43,7 +42,7 @@ def test_other_results_are_drawn_alone(knit):
         draw(geometry, geometry)
 
 
-SCENE = SimpleNamespace(name="made-up", yarn=SimpleNamespace(radius=0.4e-3))  # not that of the drawn fabric
+RADIUS = 0.4e-3  # not that of the drawn fabric
 
 
 @pytest.fixture(scope="module")
@@ -53,30 +52,23 @@ def knit_of_two(plain_scene):
 
 def history_of(fabric, lift=1e-4, strain=(0.0, 0.05)):
     """Return a history in which all yarns rise by `lift` [m] and stretch along x."""
-    stations = [np.linspace(0, curve.length, 40) for curve in fabric.centrelines]
-    place = np.concatenate([curve.position(s) for curve, s in zip(fabric.centrelines, stations, strict=True)])
-    yarn = np.repeat(np.arange(len(stations)), 40)
-    moved = np.stack([np.outer(place[:, 0], [e, 0, 0]) for e in strain])
-    moved[..., 2] += lift * np.arange(len(strain))[:, None]
-    crossings = len(fabric.crossings.yarn)
-    return xr.Dataset(
-        {
-            "strain": ("increment", np.array(strain)),
-            "yarn": ("station", yarn),
-            "arc_length": ("station", np.concatenate(stations)),
-            "centreline": (("station", "xyz"), place),
-            "centreline_displacement": (("increment", "station", "xyz"), moved),
-            "crossing_slip": (("increment", "crossing"), np.outer(strain, np.arange(crossings) + 1.0)),
-        }
+    stations, strains = stations_of(fabric, size=1e-3), np.array(strain)
+    moved = strains[:, None, None] * stations["centreline"].to_numpy() * [1.0, 0.0, 0.0]
+    moved[..., 2] += lift * np.arange(len(strains))[:, None]
+    slip = np.outer(strains, np.arange(len(fabric.crossings.yarn)) + 1.0)
+    return stations.assign(
+        strain=("increment", strains),
+        centreline_displacement=(("increment", "station", "xyz"), moved),
+        crossing_slip=(("increment", "crossing"), slip),
     )
 
 
 def test_corners_lie_on_the_surface_of_the_deformed_yarns(knit_of_two):
     history = history_of(knit_of_two)
-    knit = deformed.deformed(SCENE, fabric_dataset(knit_of_two), history)
+    knit = deformed.deformed(fabric_dataset(knit_of_two), history, RADIUS)
     centres = (history["centreline"] + history["centreline_displacement"][-1]).to_numpy()
     apart = np.linalg.norm(knit.points[-1][:, None] - centres[None], axis=-1).min(axis=1)
-    assert apart.max() == pytest.approx(SCENE.yarn.radius, rel=1e-6)
+    assert apart.max() == pytest.approx(RADIUS, rel=1e-6)
     assert knit.values[-1] == pytest.approx(0.1), "mm"
     assert knit.strain.tolist() == [0.0, 0.05]
 
@@ -86,7 +78,7 @@ def test_colours_count_from_the_shape_in_which_a_path_begins(knit_of_two):
     history = history_of(knit_of_two)
     at_rest = history["centreline_displacement"] + [0.0, 0.0, 3e-4]
     knit = deformed.deformed(
-        SCENE, fabric_dataset(knit_of_two), history.assign(centreline_displacement=at_rest)
+        fabric_dataset(knit_of_two), history.assign(centreline_displacement=at_rest), RADIUS
     )
     assert knit.values[0] == pytest.approx(0.0, abs=1e-12)
     assert knit.values[-1] == pytest.approx(0.1), "mm"
@@ -121,7 +113,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     history = history_of(cell)
     history["cell_strain"] = (("increment", "plane"), [[0, 0, 0], [0.05, -0.02, 0.1]])
     history.attrs["cell_height"] = apart = at_rest * cell.height
-    knit = deformed.deformed(SCENE, fabric_dataset(cell), history)
+    knit = deformed.deformed(fabric_dataset(cell), history, RADIUS)
     rows = knit.points[-1].reshape(3, -1, 3)
     wale = apart * np.array([0.05, 0.98, 0])
     assert rows[1] - rows[0] == pytest.approx(np.broadcast_to(wale, rows[0].shape), abs=1e-9)
@@ -132,21 +124,19 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     assert ends.sum() == 2 * AROUND * len(cell.centrelines), "a yarn has two ends"
 
 
-@pytest.mark.parametrize(
-    ("colour", "message"),
-    [
-        ("red", "must be one of u_z, slip, force, stress, pressure"),
-        ("force", "holds only u_z, slip"),
-        ("stress", r"--set outputs=\[fields\]"),
-    ],
-)
+@pytest.mark.parametrize(("colour", "message"), REFUSED["colours"])
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):
     with refusal(message):
-        deformed.deformed(SCENE, fabric_dataset(knit_of_two), history_of(knit_of_two), colour=colour)
+        deformed.deformed(fabric_dataset(knit_of_two), history_of(knit_of_two), RADIUS, colour=colour)
+
+
+def test_solids_of_a_history_without_fields_are_refused(pair):
+    with refusal(r"--set outputs=\[fields\]"):
+        solids(pair[0], lay_out(pair[0]), None, xr.Dataset())
 
 
 def test_a_page_holds_the_knit_and_loads_nothing(knit_of_two, tmp_path, monkeypatch):
-    knit = deformed.deformed(SCENE, fabric_dataset(knit_of_two), history_of(knit_of_two))
+    knit = deformed.deformed(fabric_dataset(knit_of_two), history_of(knit_of_two), RADIUS)
     deformed.write_page(knit, tmp_path / "knit.html", "a <knit>")
     page = (tmp_path / "knit.html").read_text()
     data = json.loads(re.search(r'type="application/json">(.*?)</script>', page, re.DOTALL)[1])
@@ -226,7 +216,7 @@ def volume(grid, places):
 def test_volume_surface_and_stress_of_a_uniform_stretch(pair, space, tmp_path):
     scene, specimen = pair
     bare = history(space, specimen).drop_dims("point")
-    write_spline_yarns(scene, tmp_path / "yarns.vtu", specimen, bare)
+    spline_grid(scene, specimen, bare).write(tmp_path / "yarns.vtu")
     reader = vtk.vtkXMLUnstructuredGridReader()
     reader.SetFileName(str(tmp_path / "yarns.vtu"))
     reader.Update()
@@ -257,8 +247,7 @@ def test_pressure_is_on_the_surface_and_adds_up(pair, space, tmp_path):
     towards = specimen.radius * (middle[1] - middle[0]) / np.linalg.norm(middle[1] - middle[0])
     rim = middle[0] + towards, middle[1] - towards
     points = [(0, rim[0], 2e7, 1e-9), (0, rim[0] + [1e-4, 0, 0], 1e7, 1e-9), (1, rim[1], 3e7, 2e-9)]
-    write_spline_yarns(scene, tmp_path / "yarns.vtu", specimen, history(space, specimen, points))
-    grid = meshio.read(tmp_path / "yarns.vtu")
+    grid = spline_grid(scene, specimen, history(space, specimen, points))
     pressure, yarn = (grid.point_data[name] for name in ("contact_pressure [Pa]", "yarn"))
     for number, force in ((0, 0.03), (1, 0.06)):
         touched = np.flatnonzero((pressure > 0) & (yarn == number))

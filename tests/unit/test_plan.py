@@ -1,21 +1,21 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
+import shutil
 import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import netCDF4
 import pytest
 import xarray as xr
-import yaml
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
-from knitstudy import registry
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.cost import expected_memory, expected_seconds, unknowns
+from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES, code_digest
 from knitstudy.run.store import Store, simulate
@@ -30,8 +30,8 @@ def test_a_plan_imports_no_library_of_results_and_no_mechanics_of_models(printed
     """The workflow starts in a third of the time, and each job of a cluster starts it twice."""
     code = (
         "from knitstudy.run.plan import Plan; from knitstudy.run.stages import STAGES;"
-        "plan = Plan.of(); scene = plan.scenes['rom3d-tie-course']; stage = STAGES['simulation'];"
-        "print(len(plan.step('simulation', scene).digest), stage.memory(scene) > 0, stage.seconds(scene) > 0)"
+        "plan = Plan.of(); scene = plan.scenes['rom3d-tie-course']; step = plan.step('simulation', scene);"
+        "print(len(step.digest), step.cost.memory > 0, step.cost.seconds > 0)"
     )
     assert printed_and_imported(code) == ["16 True True", "[]"]
 
@@ -109,41 +109,28 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     assert read_dataset(path).equals(whole)
     why = "dns-a ended at strain 2.00%: no balance."
     network = plan.scenes["rom3d-a"]
-    assert store.ended_early(plan, [step.scene, network]) == dict.fromkeys(("dns-a", "rom3d-a"), why)
+    assert store.ended_early([step, plan.step("simulation", network)]) == dict.fromkeys(
+        ("dns-a", "rom3d-a"), why
+    )
     ending = replace(failing, stage=replace(failing.stage, function=lambda _: whole))
     store.make(ending, {}, anew=True)
     assert not list(tmp_path.rglob("*.incomplete.nc"))
 
 
-MEASURED = {
-    "dns-tie-course": (188_928, 918, 35.6),
-    "yarns-tie-course": (11_574, 270, 5.6),
-    "pair-slid-90": (10_944, 270, 9.1),
-    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236, 475),
-    "domain-yarns-tie-course-10x10": (124_830, 698, 90.2),
-    "domain-yarns-isotropic-course-10x10": (124_830, 1_650, 404),
-}
-"""Unknowns, peak of the process [MB], processor time [s]."""
-
-
-@pytest.mark.parametrize("name", MEASURED)
-def test_measured_costs_are_expected(name):
+@pytest.mark.parametrize(("name", "count", "peak", "seconds"), READ["costs"])
+def test_measured_costs_are_expected(name, count, peak, seconds):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
-    count, peak, seconds = MEASURED[name]
-    scene = load_scene(name)
-    assert unknowns(scene) == pytest.approx(count, rel=0.1)
-    assert peak <= expected_memory(scene) <= 2 * peak
-    assert seconds <= expected_seconds(scene) <= 4 * seconds
+    cost = expected_cost(load_scene(name))
+    assert cost.unknowns == pytest.approx(count, rel=0.1)
+    assert peak <= cost.memory <= 2 * peak
+    assert seconds <= cost.seconds <= 4 * seconds
 
 
-@pytest.mark.parametrize(
-    ("model", "loops", "peak"),
-    [("beams", 6, 367), ("beams", 8, 503), ("beams", 10, 672), ("beams", 30, 2700), ("yarns", 30, 8284)],
-)
+@pytest.mark.parametrize(("model", "loops", "peak"), READ["memory in contact"])
 def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
     scene = load_scene(f"domain-{model}-isotropic-course-10x10")
     keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
-    assert peak <= expected_memory(scene.vary(keys)) <= 1.3 * peak
+    assert peak <= expected_cost(scene.vary(keys)).memory <= 1.3 * peak
 
 
 def test_scene_that_exceeds_the_machine_is_refused_before_it_begins(monkeypatch):
@@ -169,23 +156,7 @@ def test_springs_are_measured_of_the_yarn_and_strain_that_a_network_has():
 @pytest.fixture
 def sprung(config):
     """Folder with a wale tension and a reduced model with springs as well."""
-    scenes = {
-        "dns-course": {},
-        "dns-wale": {"load.direction": "wale"},
-        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
-        "rom3d-carried": {
-            "fidelity": "rom3d",
-            "rom.contacts_from": "dns-course",
-            "rom.springs_from": "dns-wale",
-        },
-        "beam": {"fidelity": "beam"},
-    }
-    family = {
-        "studies": [],
-        "keys": {"knit": "plain", "interaction": "isotropic"},
-        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
-    }
-    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
+    shutil.copy(Path(__file__).parent / "families" / "sprung.yaml", config / "scenes" / "small.yaml")
     return config
 
 
@@ -295,16 +266,13 @@ def test_files_of_a_room_count_and_no_others(package):
     assert code_digest("mesh", "mechanics") != before[1]
 
 
-@pytest.mark.parametrize("path", ["law_of_a_test.py", "law_of_a_test/__init__.py"])
-def test_files_of_a_plugin_count(package, tmp_path, monkeypatch, path):
-    before, folder = code_digest("mesh"), tmp_path / "elsewhere"
-    (folder / path).parent.mkdir(parents=True)
-    (folder / path).write_text("STIFFNESS = 1\n")
-    monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(registry, "_imported", {})
-    registry.load_plugins(["law_of_a_test"])
+@pytest.mark.parametrize("path", ["law_of_a_test", "law_of_a_test/__init__"])
+def test_files_of_a_plugin_count(package, plugin, path):
+    before = code_digest("mesh")
+    plugin(**{path.replace("/", "__"): "STIFFNESS = 1\n"})
     first = code_digest("mesh")
-    (folder / path).write_text("STIFFNESS = 2\n")
+    (package / f"{path}.py").write_text("STIFFNESS = 2\n")
     code._digest.cache_clear()
     assert len({before, first, code_digest("mesh")}) == 3
-    sys.modules.pop("law_of_a_test")
+    del sys.modules["law_of_a_test"]
+    assert code_digest("mesh") == before, "those of a plugin that is gone do not"

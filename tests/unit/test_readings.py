@@ -10,7 +10,7 @@ import synthetic
 from refusals import refusal
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_table
+from knitstudy.files import read_table, write_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import plain_knit
@@ -18,7 +18,7 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference, problem_of, transferred_uncertainty
 from knitstudy.measures.response import FORCE, LARGEST_U_Z
 from knitstudy.paper.claims import CLAIMS
-from knitstudy.paper.claims.evidence import Judgement
+from knitstudy.paper.claims.evidence import evidence_of
 from knitstudy.paper.claims.verdicts import (
     INPUT,
     OPEN,
@@ -29,8 +29,8 @@ from knitstudy.paper.claims.verdicts import (
     exclusive,
     findings,
     readings_of,
+    under_readings,
 )
-from knitstudy.registry import load_plugins
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes
 
@@ -77,8 +77,9 @@ def found_with(sources, factors=None, readings=None):
     for name, (force, lift) in (factors or {}).items():
         kind = name.split("-")[-2]
         histories[name] = study.in_contact(histories[name], kind, force, lift)
-    actual = findings(table() if readings is None else readings, **sources | {"histories": histories})
-    return {each.reading.name: each for each in actual}
+    readings = table() if readings is None else readings
+    found = findings(evidence_of(**sources | {"histories": histories}).named(), readings)
+    return found, {each.reading.name: each for each in under_readings(found, readings)}
 
 
 def test_estimate_is_as_uncertain_as_the_discretisation_is_off():
@@ -110,8 +111,8 @@ def test_readings_and_scenes_of_the_study_agree():
 def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
     """11 N of rough contact and 10 N with friction, each within 2 %: 10 % less is open, 30 % more the other order."""
     loose, slippery = "inputs-clearance0040-rough-course", "inputs-friction010-isotropic-course"
-    actual = found_with(sources, {loose: (0.92, 1.0), slippery: (1.3, 1.0)})
-    assert {name: each.judged["K5"].verdict for name, each in actual.items()} == {
+    _, actual = found_with(sources, {loose: (0.92, 1.0), slippery: (1.3, 1.0)})
+    assert {name: each.verdicts["K5"] for name, each in actual.items()} == {
         "base": "reproduced",
         "slippery": "contradicted",
         "loose": "undecidable",
@@ -133,10 +134,21 @@ def test_claim_is_judged_by_the_scenes_of_the_reading(sources):
 )
 def test_verdict_says_under_how_many_readings_it_stands(sources, base, slippery, verdict, under):
     """With 0.3 of its motion friction moves less far than ties, against K6."""
-    actual = [*moved(sources, base, slippery).values()]
-    concluded = conclude("K6", "", actual)
-    assert (concluded.verdict, concluded.under) == (verdict, under), concluded
-    assert ("less friction" in concluded.depends_on) == (base != slippery)
+    found, actual = moved(sources, base, slippery)
+    concluded = conclude("K6", "", found, [*actual.values()])
+    assert (concluded["verdict"], concluded["readings"]) == (verdict, under), concluded
+    assert ("less friction" in concluded["depends on"]) == (base != slippery)
+
+
+def test_findings_say_the_same_from_their_file(sources, tmp_path):
+    """Texts of numbers alone, and of nothing, are read from the table as they are."""
+    readings, claims = table(), read_table(RESOURCES / "paper_claims.csv")
+    found, _ = moved(sources, 1.0, 0.3)
+    write_table(found, path := tmp_path / "findings.csv")
+    known = {"claims": claims, "readings": readings}
+    for name in ("verdicts", "readings", "combinations"):
+        made = (TABLES.make(name, **known, findings=each) for each in (found, read_table(path)))
+        pd.testing.assert_frame_equal(*made)
 
 
 def moved(sources, base, slippery):
@@ -154,7 +166,7 @@ def moved(sources, base, slippery):
 
 def test_combinations_hold_the_claims_of_their_readings(sources):
     """K6 holds with less friction alone; loose yarns touch it as well, so that both together leave it open."""
-    combined = combinations_of([*moved(sources, 0.3, 1.0).values()])
+    combined = combinations_of([*moved(sources, 0.3, 1.0)[1].values()])
     names = [tuple(each.reading.name for each in one.findings) for one in combined]
     assert sorted(names) == [(), ("loose",), ("slippery",), ("slippery", "loose")]
     by_name = dict(zip(names, combined, strict=True))
@@ -164,10 +176,10 @@ def test_combinations_hold_the_claims_of_their_readings(sources):
 
 
 def test_claims_that_no_combination_reproduces_together_exclude_each_other(sources):
-    base, slippery, *_ = moved(sources, 1.0, 1.0).values()
-    judged = {"A": Judgement((), verdict="reproduced"), "B": Judgement((), verdict="contradicted")}
-    other = {"A": judged["B"], "B": judged["A"]}
-    actual = [replace(base, judged=judged), replace(slippery, judged=other, touched=frozenset("AB"))]
+    base, slippery, *_ = moved(sources, 1.0, 1.0)[1].values()
+    verdicts = {"A": "reproduced", "B": "contradicted"}
+    other = {"A": verdicts["B"], "B": verdicts["A"]}
+    actual = [replace(base, verdicts=verdicts), replace(slippery, verdicts=other, touched=frozenset("AB"))]
     assert list(exclusive(combinations_of(actual))) == [("A", "B")]
     kept = replace(actual[1], touched=frozenset("B"))
     assert list(exclusive(combinations_of([actual[0], kept]))) == []
@@ -195,20 +207,23 @@ def tabulate(every, scenes):
 '''
 
 
-def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
+def test_a_claim_and_a_table_are_one_file(sources, plugin):
     """A claim has its row of the rules beside the file."""
-    (tmp_path / "more_claims.py").write_text(PLUGIN)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("knitstudy.registry._imported", {})
-    for registry in (CLAIMS, TABLES):
-        monkeypatch.setattr(registry, "_entries", dict(registry.all()))
-    rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1")
+    rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1", counts="yes")
+
+    def made():
+        known = {"claims": rules, "readings": table()} | sources
+        return TABLES.make("verdicts", **known, findings=TABLES.make("findings", **known))
+
     with pytest.raises(ConfigurationError, match="claim 'X1' has no rule"):
-        TABLES.make("verdicts", claims=rules, readings=table(), **sources)
-    load_plugins(["more_claims"])
-    verdicts = TABLES.make("verdicts", claims=rules, readings=table(), **sources)
+        made()
+    plugin(CLAIMS, TABLES, more_claims=PLUGIN)
+    verdicts = made()
     assert verdicts.loc[0, ["id", "verdict", "ours"]].tolist() == ["X1", "reproduced", "1.20"]
     assert verdicts.loc[0, "note"].startswith("a claim of a test; DNS of")
+    assert (verdicts.columns[-1], verdicts.loc[0, "counts"]) == ("counts", "yes"), (
+        "also new columns of the rules"
+    )
     works = TABLES.make("works", every=sources["histories"], scenes=sources["scenes"])
     assert list(works.columns) == ["scene", "force [N]", "work [J]"]
     assert len(works) == len(sources["histories"])

@@ -15,7 +15,7 @@ from knitstudy.mechanics.spline_yarn.space import Space, locate, shape, yarn_spa
 from knitstudy.mechanics.spline_yarn.span import span_groups
 from knitstudy.paper.tables.endless_knit import moduli
 from knitstudy.run.configuration import load_scene
-from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
+from knitstudy.use.decks.fabric import SHELL_ENTRIES, section_matrix, shell_entries, write_shell
 
 BREAKS = np.array([0.0, 0.3, 1.0, 1.4, 2.0, 2.5])
 INSIDE = np.random.default_rng(0).uniform(-0.7, 0.7, (20, 2))

@@ -13,7 +13,6 @@ from refusals import refusal
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.specimens import cut_cells
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
-from knitstudy.measures.cost import SERIES
 from knitstudy.measures.response import (
     distance_of_curves,
     out_of_plane_correlation,
@@ -22,14 +21,14 @@ from knitstudy.measures.response import (
 )
 from knitstudy.paper.cases import number, numbers
 from knitstudy.paper.report import READERS
-from knitstudy.paper.sweeps import law_of, nodes_2d, nodes_3d
+from knitstudy.paper.square_knits import SERIES, law_of, nodes_2d, nodes_3d
 from knitstudy.paper.tables.table1_table2_contact import (
     AVERAGED,
     READINGS,
     tabulate_averages,
     tabulate_springs,
 )
-from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
+from knitstudy.run.catalogue import FIGURES, TABLES, Displays, Made, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
 
@@ -135,6 +134,8 @@ def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, res
     def read(source):
         if isinstance(source, list):
             return {step.scene.name: read(step) for step in source}
+        if isinstance(source, Made):
+            return made(source.path.stem)
         if isinstance(source, Path):
             return READERS[source.suffix](source)
         if source.scene.name.startswith("fabric-"):
@@ -142,8 +143,11 @@ def test_every_table_is_made_from_the_files_that_the_workflow_names(offered, res
             return synthetic.fabric_cell(other, way)
         return results[source.stage.name].assign_attrs(scene=source.scene.name)
 
-    sources = {argument: read(source) for argument, source in offered.sources[name].items()}
-    assert len(TABLES.make(name, **sources, scenes=offered.scenes(name)).columns)
+    def made(name):
+        sources = {argument: read(source) for argument, source in offered.sources[name].items()}
+        return TABLES.make(name, **sources, scenes=offered.scenes(name))
+
+    assert len(made(name).columns)
 
 
 def test_distance_of_a_hat_by_hand():

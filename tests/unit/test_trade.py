@@ -10,23 +10,25 @@ import pytest
 import trade as sample
 import xarray as xr
 from refusals import refusal
+from sample_points import drawn, points_of
 from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
-from knitstudy.run.advice import ERROR, applies
-from knitstudy.run.advice.sample import Case, Inputs, Quantile, endless, load_trade, same_knit
+from knitstudy.run.advice import ERROR
+from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.sample import Case, load_trade
 from knitstudy.run.configuration import problem_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
-QUANTILE = Quantile(0.90, 0.95)
+SAMPLE = load_trade().model_copy(update={"coverage": 0.90, "confidence": 0.95})
 TIED = Case("cut_knit", "tied")
 
 
 @pytest.mark.parametrize(("count", "rank"), [(28, None), (29, 29), (45, 45), (46, 45), (48, 47), (100, 96)])
 def test_ranks_are_those_of_tables(count, rank):
     """Wilks: 29 values for 90 % at 95 %, the second largest from 46 on; of 100 the fifth (P(Bin <= 94) is 0.942)."""
-    assert QUANTILE.rank(count) == rank
+    assert SAMPLE.bound(range(1, count + 1)) == (np.inf if rank is None else rank)
 
 
 def errors(random, count, settings=1):
@@ -40,7 +42,7 @@ def test_choosing_the_cheapest_does_not_break_promises():
     """Settings are chosen where their bounds look good: 95 % of the accuracies that were asked for still hold."""
     random, held = np.random.default_rng(2), []
     for _ in range(40):
-        bounds = np.array([QUANTILE.of(each) for each in errors(random, 48, settings=6)])
+        bounds = np.array([SAMPLE.bound(each) for each in errors(random, 48, settings=6)])
         there = errors(random, 60, settings=6)
         accuracy = np.exp(random.uniform(np.log(0.01), np.log(0.2), 60))
         good = bounds[:, None] <= accuracy
@@ -54,7 +56,7 @@ def test_choosing_the_cheapest_does_not_break_promises():
 def test_runs_that_fail_have_infinite_errors(failed, promised):
     (values,) = errors(np.random.default_rng(4), 48)
     values[:failed] = np.inf
-    assert np.isfinite(QUANTILE.of(values)) == promised
+    assert np.isfinite(SAMPLE.bound(values)) == promised
 
 
 @pytest.fixture(scope="module")
@@ -77,31 +79,31 @@ def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_mad
     assert knits["course"].between(4, trade.box["course"][1]).all()
     assert set(knits["direction"]) == {"course", "wale"}
     assert 0.3 < np.isinf(knits["friction"]).mean() < 0.7
-    known = {inputs: "known" for inputs in islice(trade.points(), 240)}
+    known = {inputs: "known" for inputs in islice(points_of(trade), 240)}
     with refusal(r"only 0 of 240 points have a loop"):
         sampled(trade, 12, known)
 
 
 def test_a_knit_is_its_inputs_at_any_scale(trade):
     for case in trade.cases():
-        for point in islice(trade.points(), 8):
-            inputs = trade.drawn(case, point)
-            scene = trade.scene(case, inputs)
-            assert trade.outside(scene) == ""
-            assert same_knit(scene) == same_knit(scene.scaled(1e-3, 1e6))
-            assert trade.case_of(scene) == case
-            there = Inputs.of(scene)
+        for point in islice(points_of(trade), 8):
+            inputs = drawn(trade, case, point)
+            problem = Problem(trade.scene(case, inputs), trade)
+            assert problem.outside == ""
+            assert problem.digest == Problem(problem.scene.scaled(1e-3, 1e6), trade).digest
+            assert problem.case == case
+            there = problem.inputs
             assert (there.course, there.wale) == pytest.approx((inputs.course, inputs.wale))
             if case.specimen == "cut_knit":
-                cell = endless(scene)
-                assert Inputs.of(cell).direction == inputs.direction
-                assert trade.case_of(cell) == replace(case, specimen="cell")
+                cell = problem.endless()
+                assert cell.inputs.direction == inputs.direction
+                assert cell.case == replace(case, specimen="cell")
 
 
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
     case = Case("cut_knit", "touching")
-    inputs = replace(next(trade.points()), friction=0.3, loops=3, rows=3)
+    inputs = replace(next(points_of(trade)), friction=0.3, loops=3, rows=3)
     scene = trade.scene(case, inputs).vary(trade.settings_of(case)["beams"])
     middle = slice(16, 20)  # of 36 crossings: row by row, column by column, four a cell
     force, slip = np.full((2, 36, 3), 99.0), np.full((2, 36), 99.0)
@@ -114,10 +116,9 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
 
 
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
-    cell, beams = Case("cell", "touching"), trade.settings_of(Case("cell", "touching"))["beams"]
-    point = next(trade.points())
-    taken = [applies(trade.scene(cell, replace(point, friction=each)), beams) for each in (0.3, np.inf)]
-    assert taken == [True, False]
+    point = next(points_of(trade))
+    cells = [trade.scene(Case("cell", "touching"), replace(point, friction=each)) for each in (0.3, np.inf)]
+    assert ["beams" in Problem(cell, trade).settings for cell in cells] == [True, False]
 
 
 def values(records):
@@ -190,8 +191,8 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
         raise end if end else os.kill(os.getpid(), signal.SIGXCPU)
 
     monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
-    problem = trade.scene(case, next(trade.points()))
-    record = run(problem, "yarns2", trade.settings_of(case)["yarns2"], 60, tmp_path)
+    hasty = trade.model_copy(update={"limit": 60})
+    record = run(Problem(trade.scene(case, next(points_of(trade))), hasty), "yarns2", tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})
 
@@ -206,8 +207,8 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     """A record a run, kept when killed; those of other code are named. Every fourth knit has degree 4."""
     ran = []
 
-    def run(problem, setting, keys, limit, folder):
-        ran.append(f"{problem.name} {setting}")
+    def run(problem, setting, folder):
+        ran.append(f"{problem.scene.name} {setting}")
         if len(ran) == 50:
             raise KeyboardInterrupt
         return record(setting, 1.0)

@@ -20,8 +20,8 @@ from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.run.configuration import load_scene
-from knitstudy.use.deck import Deck, Step, specimen_deck
-from knitstudy.use.inp import write_inp
+from knitstudy.use.decks.deck import Deck, Step, specimen_deck
+from knitstudy.use.decks.inp import write_inp
 
 pytestmark = [
     pytest.mark.ccx,

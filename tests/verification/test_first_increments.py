@@ -22,7 +22,7 @@ from knitstudy.files import read_dataset, write_dataset, write_text
 from knitstudy.knit.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import STAGES, starts_from_rest
+from knitstudy.run.stages import STAGES
 
 ROOT = Path(__file__).parents[2]
 KNOWN = ROOT / "resources" / "known_ends.csv"
@@ -117,7 +117,7 @@ class Starts:
 def price(scene):
     """Return the expected processor time of all that it takes to start a scene [s]."""
     seconds, whole = GEOMETRY, sources()[1]
-    if starts_from_rest(scene):
+    if STAGES["rest"].of(scene):
         seconds += REST * scene.pattern.loops * scene.pattern.rows
     for each in simulated(scene):
         parts = 1 if digest_of(each) in whole else each.solver.increments

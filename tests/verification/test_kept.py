@@ -17,6 +17,7 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, strip_of
 from knitstudy.run.advice import TRADE_KEPT
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Inputs, load_trade
 from knitstudy.run.configuration import CONFIG, load_scene
 from knitstudy.run.plan import Plan
@@ -74,8 +75,8 @@ def trade():
     )
     row = table[of].iloc[0]
     case = next(each for each in trade.cases() if str(each) == row["case"])
-    problem = trade.scene(case, Inputs.of_row(row), row["knit"])
-    record = run(problem, "yarns-coarse", trade.settings_of(case)["yarns-coarse"], trade.limit, Path("run"))
+    problem = Problem(trade.scene(case, Inputs.of_row(row), row["knit"]), trade)
+    record = run(problem, "yarns-coarse", Path("run"))
     yield row["value [SI]"], record["values"][row["quantity"]]
 
 
@@ -96,10 +97,9 @@ def test_the_cheapest_rows_are_made_again(name):
         assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
 
 
-def test_predictions_are_made_again(full):
-    """Strains of one strip of garter, from its three cells."""
-    if not full:
-        pytest.skip("three cells of soft yarns take two minutes; `make verify`")
+@pytest.mark.full  # two minutes
+def test_predictions_are_made_again():
+    """Strains of one strip of garter, from its three cells of soft yarns."""
     of = {"yarn": "cotton", "stitch": "garter", "direction": "course"}
     table = pd.read_csv(RESOURCES / "predictions.csv")
     kept = table[(table[list(of)] == pd.Series(of)).all(axis=1)]

@@ -137,16 +137,19 @@ def test_a_cell_writes_its_outputs_and_pictures(knitstudy, tmp_path):
     assert knitstudy("run", "cell-course", *changes).returncode == 0
     runs = tmp_path / "runs" / "simulation"
     assert {"cell.nc", "cell.pvd", "cell.vtu"} <= {path.name for path in runs.iterdir()}
-    shown = ("show", str(runs / "cell.nc"), "--picture", "cell.png", "--interactive", "cell.html")
+    shown = ("show", str(runs / "cell.nc"), "--picture", "cell.png", "--picture", "cell.html")
     ended = knitstudy(*shown, "--colour", "stress")
     assert ended.returncode == 0, ended.stderr
     assert (tmp_path / "cell.png").stat().st_size > 10_000
     assert "von Mises stress (MPa)" in (tmp_path / "cell.html").read_text()
-    ended = knitstudy("show", str(runs / "cell.nc"), "--animation", "cell.webp")
+    ended = knitstudy("show", str(runs / "cell.nc"), "--picture", "cell.webp")
     assert ended.returncode == 0, ended.stderr
     assert (tmp_path / "cell.webp").read_bytes()[8:12] == b"WEBP"
-    refused = knitstudy("show", str(runs / "cell.nc"), "--animation", "cell.gif")
-    assert (refused.returncode, refused.stderr) == (1, "error: cell.gif: must end with .webp\n")
+    refused = knitstudy("show", str(runs / "cell.nc"), "--picture", "cell.gif")
+    assert (refused.returncode, refused.stderr) == (
+        1,
+        "error: cell.gif: must end with .png, .pdf, .webp or .html\n",
+    )
 
 
 def test_a_dry_run_lists_the_jobs_and_runs_none(knitstudy, tmp_path):

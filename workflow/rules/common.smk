@@ -19,7 +19,7 @@ if SOURCE.is_dir():
 from knitstudy.errors import KnitstudyError
 from knitstudy.registry import load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
-from knitstudy.run.plan import Plan, Step
+from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
 from knitstudy.run.store import Store, digest_or_warning
 from knitstudy.run.configuration import (
@@ -48,7 +48,7 @@ try:
     PLAN = Plan(load_scenes(CONFIG)) if workflow.is_main_process else Plan.of(CONFIG)
     STUDY = [PLAN.scenes[name] for name in load_study(CONFIGURATION.study, CONFIG)]
     # Load paths that are known to end early, and what is made from them: the report names them.
-    ENDED = Store(Path(RESULTS)).ended_early(PLAN, STUDY)
+    ENDED = Store(Path(RESULTS)).ended_early(PLAN.step("simulation", scene) for scene in STUDY)
     STUDY = [scene for scene in STUDY if scene.name not in ENDED]
 except KnitstudyError as error:
     stop(error)
@@ -79,7 +79,7 @@ def campaign():
 
 def wanted(scenes):
     """Return what a study consists of, beside its figures and tables."""
-    return [f"{RESULTS}/{step.path}" for step in PLAN.steps(scenes) if step.stage.wanted(step.scene)]
+    return [f"{RESULTS}/{step.path}" for step in PLAN.steps(scenes) if step.wanted]
 
 
 # ---- The digest decides
@@ -107,8 +107,8 @@ def settled(step):
 
 
 def source(what):
-    """Return the path of a step, or of a file; its time does not count where nothing behind it is to be made."""
-    if not isinstance(what, Step):
+    """Return the path of a result, or of a file; its time does not count where nothing behind it is to be made."""
+    if isinstance(what, Path):
         return ancient(str(what))
     path = f"{RESULTS}/{what.path}"
     return ancient(path) if workflow.is_main_process and settled(what) else path
@@ -137,7 +137,7 @@ OF_SNAKEMAKE = 400  # MB of the two processes of Snakemake in every job of a que
 
 @cache
 def array(rule):
-    """Return the scenes whose jobs of a rule are submitted as an array (option --slurm-array-jobs), none of others."""
+    """Return the steps whose jobs of a rule are submitted as an array (option --slurm-array-jobs), none of others."""
     asked = (getattr(workflow.executor_settings, "array_jobs", None) or "").replace(";", ",")
     if not {each.strip() for each in asked.split(",")} & {"all", rule}:
         return []
@@ -147,22 +147,24 @@ def array(rule):
             f"--slurm-array-jobs: the plugin submits no arrays from {folder}: take a path of plain characters"
         )
     asked = campaign() if "campaign" in workflow.dag_settings.targets else STUDY
-    scenes = [scene for scene in asked if STAGES[rule].of(scene)]
-    if len(scenes) > workflow.nodes:
+    steps = [PLAN.step(rule, scene) for scene in asked if STAGES[rule].of(scene)]
+    if len(steps) > workflow.nodes:
         stop(
-            f"--jobs is {workflow.nodes} but must be at least {len(scenes)}: an array is submitted as a whole"
+            f"--jobs is {workflow.nodes} but must be at least {len(steps)}: an array is submitted as a whole"
         )
-    return scenes
+    return steps
 
 
 def largest(rule, need):
     """Return the function of what a job needs: in an array, which has one limit for all, what the largest job needs."""
-    return lambda wildcards: max(map(need, array(rule) or [step_of(rule, wildcards).scene]))
+    return lambda wildcards: max(
+        getattr(step.cost, need) for step in array(rule) or [step_of(rule, wildcards)]
+    )
 
 
 def memory(rule):
     """Return the function of a job's memory [MB]: in a queue the need times the attempt, else at most what there is."""
-    need = largest(rule, STAGES[rule].memory)
+    need = largest(rule, "memory")
 
     def asked(wildcards, attempt):
         if workflow.local_exec:
@@ -174,7 +176,7 @@ def memory(rule):
 
 def runtime(rule):
     """Return the function of a job's time limit [min]. What a simulation has done by then is kept for the next attempt."""
-    seconds = largest(rule, STAGES[rule].seconds)
+    seconds = largest(rule, "seconds")
     return lambda wildcards, attempt: attempt * time_limit(seconds(wildcards))
 
 
@@ -184,7 +186,7 @@ def expect_jobs():
 
     for job in workflow.dag.needrun_jobs():
         stage = STAGES.get(job.params.get("stage"))
-        seconds = stage.seconds(step_of(stage.name, job.wildcards).scene) if stage else SHORT
+        seconds = step_of(stage.name, job.wildcards).cost.seconds if stage else SHORT
         EXPECTED[workflow.dag.jobid(job)] = job.rule.name, seconds
 
 

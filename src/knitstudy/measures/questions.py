@@ -12,7 +12,7 @@ from scipy.interpolate import PchipInterpolator
 
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.specimens import Looped
+from knitstudy.knit.scene.sections import Pattern
 from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import Reference
@@ -97,7 +97,7 @@ def answers(
     values = {name: _VALUES[name](*both) for name in wanted if name in _VALUES}
     for name in wanted:
         if name in _OF_BEAMS and _OF_BEAMS[name] in history:  # cells of beams do not say
-            values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene)
+            values[name] = _of_beams(history[_OF_BEAMS[name]].to_numpy(), scene.value("pattern"))
     answered = {name: at_strain(history, strain, series) for name, series in values.items()}
     if question.name == "curve":
         curve = PchipInterpolator(history["strain"], history["force"])
@@ -132,11 +132,9 @@ def _pressure(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
     return np.divide(force, area, out=np.zeros_like(force), where=area > 0)
 
 
-def _of_beams(values: np.ndarray, scene: Scene) -> np.ndarray:
+def _of_beams(values: np.ndarray, pattern: Pattern) -> np.ndarray:
     """Return the mean size (I,) over the crossings of the centre cell of values (I, k, ...) at all crossings."""
-    assert isinstance(scene, Looped), "yarns of loops cross"
-    loops, rows = scene.pattern.loops, scene.pattern.rows
-    middle = (rows // 2) * loops + loops // 2
+    middle = (pattern.rows // 2) * pattern.loops + pattern.loops // 2
     values = values[:, ZONES * middle : ZONES * (middle + 1)]
     return (np.linalg.norm(values, axis=-1) if values.ndim == 3 else np.nan_to_num(values)).mean(axis=1)
 

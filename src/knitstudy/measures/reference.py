@@ -153,17 +153,27 @@ class RefinementSeries:
     name: str
     scenes: tuple[Scene, ...]
 
+    @classmethod
+    def of(cls, by_resolution: Mapping[float, Scene]) -> RefinementSeries:
+        """Return the series of scenes by their resolutions."""
+        name = discretisation(next(iter(by_resolution.values())).value("mesh"))
+        order = sorted(by_resolution, reverse=name != SOLID_YARNS)
+        return cls(name, tuple(by_resolution[resolution] for resolution in order))
+
     @property
     def resolutions(self) -> list[float]:
         """Element sizes in yarn radii, or degrees of polynomials."""
-        return [resolution(scene) for scene in self.scenes]
+        return [resolution(scene.value("mesh")) for scene in self.scenes]
 
     @property
     def described(self) -> str:
         """Resolutions in words."""
         if self.name == SOLID_YARNS:
             return "p = " + ", ".join(f"{degree:g}" for degree in self.resolutions)
-        return ", ".join(f"{_millimetres(scene):.3g}" for scene in self.scenes) + " mm"
+        return (
+            ", ".join(f"{1e3 * scene.value('mesh.size') * scene.yarn.radius:.3g}" for scene in self.scenes)
+            + " mm"
+        )
 
     @property
     def order(self) -> float:
@@ -185,19 +195,14 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
     """
     groups: dict[str, dict[str, dict[float, Scene]]] = {}
     for scene in scenes:
-        shared = digest({"discretisation": discretisation(scene)} | scene.values_of("numerics"))
+        mesh = scene.value("mesh")
+        shared = digest({"discretisation": discretisation(mesh)} | scene.values_of("numerics"))
         alike = groups.setdefault(problem_of(scene), {}).setdefault(shared, {})
-        alike.setdefault(resolution(scene), scene)
+        alike.setdefault(resolution(mesh), scene)
     return {
-        problem: [_series(alike) for alike in groups_of.values() if len(alike) > 1]
-        for problem, groups_of in groups.items()
+        problem: [RefinementSeries.of(alike) for alike in of_problem.values() if len(alike) > 1]
+        for problem, of_problem in groups.items()
     }
-
-
-def _series(by_resolution: Mapping[float, Scene]) -> RefinementSeries:
-    name = discretisation(next(iter(by_resolution.values())))
-    order = sorted(by_resolution, reverse=name != SOLID_YARNS)
-    return RefinementSeries(name, tuple(by_resolution[resolution] for resolution in order))
 
 
 # Names of models and interactions, discretisations of direct simulations, and digests of physical problems.
@@ -211,36 +216,29 @@ HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahed
 SOLID_YARNS = "solid yarns"
 
 
-def is_direct(scene: Scene) -> bool:
-    """Whether a scene is a direct simulation, that is, of solids."""
-    return scene.kind.direct
-
-
-def discretisation(scene: Scene) -> str:
-    """Return the discretisation of a direct simulation in words, without its resolution."""
-    element = scene.value("mesh.element")
+def discretisation(mesh: Any) -> str:
+    """Return the discretisation of solids by a section ``mesh`` in words, without its resolution."""
+    element = getattr(mesh, "element", None)
     return SOLID_YARNS if element is None else HEXAHEDRA.get(element, element)
 
 
-def resolution(scene: Scene) -> float:
-    """Return the element size in yarn radii, or the degree of polynomials near crossings, of a direct simulation."""
-    degree = scene.value("mesh.crossing_degree")
-    return float(scene.value("mesh.size") if degree is None else degree)
+def resolution(mesh: Any) -> float:
+    """Return the element size in yarn radii, or the degree of polynomials near crossings, of a section ``mesh``."""
+    return float(getattr(mesh, "crossing_degree", None) or mesh.size)
 
 
-def _millimetres(scene: Scene) -> float:
-    """Return the size of elements [mm]."""
-    return float(1e3 * (scene.value("mesh.size") * scene.yarn.radius))
+def refined(mesh: Any) -> str:
+    """Return in words how much finer the elements of a section ``mesh`` are at crossings; empty where they are not."""
+    times = getattr(mesh, "refinement", None) or 1
+    return f", {times:g} times finer at crossings" if times != 1 else ""
 
 
 def made_of(scene: Scene) -> str:
     """Return discretisation and resolution in words."""
-    if scene.value("mesh.crossing_degree") is None:
-        times = scene.value("mesh.refinement") or 1
-        finer = f", {times:g} times finer at crossings" if times != 1 else ""
-        return f"{discretisation(scene)} of {_millimetres(scene):.2f} mm{finer}"
-    near, far = scene.value("mesh.crossing_degree"), scene.value("mesh.degree")
-    return f"{SOLID_YARNS} of degree {near}" + (f", {far} on legs" if far != near else "")
+    mesh = scene.value("mesh")
+    if (near := getattr(mesh, "crossing_degree", None)) is None:
+        return f"{discretisation(mesh)} of {1e3 * (mesh.size * scene.yarn.radius):.2f} mm{refined(mesh)}"
+    return f"{SOLID_YARNS} of degree {near}" + (f", {mesh.degree} on legs" if mesh.degree != near else "")
 
 
 # Simulations of one problem may be pulled to different strains: their results are compared at the same

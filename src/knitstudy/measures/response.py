@@ -15,6 +15,8 @@ import xarray as xr
 from knitstudy.measures.centre_cell import centre_cell
 
 X, Y, Z = 0, 1, 2
+MEGABYTE = 1e6
+NO_GROWTH = 1e3  # Least growth of memory in ratios and logarithms [bytes]
 STRAINS = (0.01, 0.02, 0.05)  # Strains of the reference values
 SAME_STRAIN = 1e-3  # Relative difference up to which an increment is at a strain
 
@@ -209,3 +211,8 @@ def penetration(history: xr.Dataset) -> float:
 def allowed_penetration(history: xr.Dataset) -> float:
     """Return the penetration limit of contact: of the penalty method, or of the law of local indentation [m]."""
     return float(history.attrs["penetration_limit"])
+
+
+def memory_growth(history: xr.Dataset) -> float:
+    """Return the growth of memory above that of the bare process, at least `NO_GROWTH` [bytes]."""
+    return max(float(history.attrs["memory_growth"]), NO_GROWTH)

@@ -1,7 +1,7 @@
 """The four cases in which models are compared (Fig. 15), and the numbers that the paper prints.
 
 The cases are ties and isotropic friction, in course and in wale tension; their scenes go by the names of
-`run.catalogue`. Printed numbers are from ``resources/reference/paper_tables.csv``.
+`paper.scene_names`. Printed numbers are from ``resources/reference/paper_tables.csv``.
 """
 
 from __future__ import annotations
@@ -21,24 +21,23 @@ from knitstudy.measures.reference import (
     INTERACTIONS,
     Reference,
     discretisation,
-    is_direct,
     made_of,
     reference_of,
 )
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
-from knitstudy.run.catalogue import (
+from knitstudy.paper.scene_names import (
     BEAM_MODELS,
     CASES,
     NETWORKS,
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
-    Results,
     of_case,
     of_cases,
 )
+from knitstudy.run.catalogue import Results
 
 MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # Names of all simulations
 
@@ -70,7 +69,7 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 def label_of(scene: Scene) -> str:
     """Return the name of a model among others of its case: its fidelity, and the keys of a variant."""
     name = scene.kind.fidelity.label
-    if is_direct(scene):
+    if scene.kind.direct:
         return f"{name}, {made_of(scene)}"
     section = scene.value("beam.section")
     words = [LAWS.find(section).label if section else None, TIES.get(scene.value("beam.tie"))]
@@ -82,9 +81,9 @@ def label_of(scene: Scene) -> str:
     return ", ".join(filter(None, [name, *words]))
 
 
-def is_plain(scene: Scene) -> bool:
-    """Whether beams touch at a pair of points between rigid sections, with rigid ties."""
-    return (scene.value("beam.section"), scene.value("beam.tie")) == PLAIN
+def plain(beams: Iterable[Simulation]) -> list[Simulation]:
+    """Return the beams that touch at a pair of points between rigid sections, with rigid ties."""
+    return [row for row in beams if (row.scene.value("beam.section"), row.scene.value("beam.tie")) == PLAIN]
 
 
 @dataclass(frozen=True)
@@ -113,12 +112,32 @@ class Case:
     def by_hexahedra(self) -> Simulation | None:
         """The direct simulation with one-point hexahedra, the paper's element, on the finest mesh."""
         direct = (self.dns, *self.others)
-        meshes = [model for model in direct if discretisation(model.scene) == HEXAHEDRA["one_point"]]
+        meshes = [
+            model for model in direct if discretisation(model.scene.value("mesh")) == HEXAHEDRA["one_point"]
+        ]
         return min(meshes, key=lambda model: model.scene.value("mesh.size"), default=None)
 
     def name_of(self, model: Simulation) -> str:
         """Return the name of a model: "DNS" of the main direct simulation."""
         return "DNS" if model is self.dns else label_of(model.scene)
+
+    # What tables, figures and claims say of a model beside the reference, at the largest strain that both reach
+
+    def ratio(self, model: Simulation) -> Estimate:
+        """Return the force, and so the secant stiffness, over the reference's."""
+        return self.reference.force_ratio(model.history)
+
+    def distance(self, model: Simulation) -> Estimate:
+        """Return the L2 distance of the force to the reference, relative."""
+        return self.reference.force_distance(model.history)
+
+    def amplitude(self, model: Simulation) -> Estimate:
+        """Return the root mean square of u_z over the reference's."""
+        return self.reference.ratio(model.history, response.RMS_U_Z, model[RMS_U_Z])
+
+    def shape(self, model: Simulation) -> float:
+        """Return the correlation of u_z, whose shape has no reference, with the direct simulation."""
+        return response.out_of_plane_correlation(model.history, self.dns.history)
 
 
 def cases_of(rows: Rows, reference: pd.DataFrame) -> Iterator[Case]:
@@ -155,20 +174,10 @@ COMPARED = [
 
 
 def comparison(model: Simulation, case: Case) -> dict[str, float]:
-    """Return the response of a model at its largest strain and its distance from the reference (`COMPARED`).
-
-    Ratios are at the largest strain of the reference that the history reaches; the shape of u_z, which has no
-    reference, is compared with the direct simulation of the case.
-    """
-    ratio, distance = case.reference.force_ratio(model.history), case.reference.force_distance(model.history)
+    """Return the response of a model at its largest strain and its distance from the reference (`COMPARED`)."""
+    ratio, distance, amplitude = (of(model) for of in (case.ratio, case.distance, case.amplitude))
     values = [model[STRAIN], model[FORCE], model[SECANT], *astuple(ratio), *astuple(distance), model[U_Z]]
-    shape = response.out_of_plane_correlation(model.history, case.dns.history)
-    return dict(zip(COMPARED, [*values, *astuple(amplitude(model, case)), shape], strict=True))
-
-
-def amplitude(model: Simulation, case: Case) -> Estimate:
-    """Return the root mean square of u_z over the reference's."""
-    return case.reference.ratio(model.history, response.RMS_U_Z, model[RMS_U_Z])
+    return dict(zip(COMPARED, [*values, *astuple(amplitude), case.shape(model)], strict=True))
 
 
 # Cases of the paper's Table 5 by fidelity, in its order.

@@ -8,14 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
+from math import nan
 from typing import Any
 
+import numpy as np
 import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import Pattern
 from knitstudy.measures import response
-from knitstudy.measures.cost import MEGABYTE, effort
 from knitstudy.run.catalogue import Datasets, Scenes
 
 
@@ -33,6 +35,10 @@ class Simulation:
         if column not in self._cells:
             self._cells[column] = column.function(self.results[column.of] if column.of else self)
         return self._cells[column]
+
+    def cells(self, columns: Iterable[Column]) -> dict[str, Any]:
+        """Return the cells of some columns by their heads."""
+        return {column.head: self[column] for column in columns}
 
     @property
     def history(self) -> xr.Dataset:
@@ -83,7 +89,7 @@ def rows_of(scenes: Scenes, simulation: Datasets, **others: Datasets) -> dict[st
 def tabulated(rows: Iterable[Simulation], columns: Iterable[Column]) -> pd.DataFrame:
     """Return the table of some columns."""
     columns = list(columns)
-    return pd.DataFrame([{column.head: row[column] for column in columns} for row in rows])
+    return pd.DataFrame([row.cells(columns) for row in rows])
 
 
 def key(name: str, unit: str, path: str) -> Column:
@@ -91,9 +97,9 @@ def key(name: str, unit: str, path: str) -> Column:
     return Column(name, unit, lambda scene: scene.value(path), of="scene")
 
 
-def cells_of(scene: Scene) -> str:
+def cells_of(pattern: Pattern) -> str:
     """Return the number of loops and rows of a knit in words."""
-    return f"{scene.value('pattern.loops')} x {scene.value('pattern.rows')}"
+    return f"{pattern.loops} x {pattern.rows}"
 
 
 def _last(variable: str) -> Callable[[xr.Dataset], float]:
@@ -109,7 +115,8 @@ U_Z = Column("largest |u_z|", "m", response.largest_out_of_plane)
 RMS_U_Z = Column("root mean square of u_z of every increment", "m", response.rms_out_of_plane)
 CONTRACTION = Column("transverse contraction at full strain", "1", response.transverse_contraction)
 DOF = Column("degrees of freedom", "1", lambda history: int(history.attrs["dof"]))
-MEMORY = Column("memory growth", "MB", lambda history: history.attrs["memory_growth"] / MEGABYTE)
+MEMORY = Column("memory growth", "MB", lambda history: history.attrs["memory_growth"] / response.MEGABYTE)
+GROWTH = Column("memory growth", "MB", lambda history: response.memory_growth(history) / response.MEGABYTE)
 STABILISED = Column(
     "stabilisation over internal energy at full load", "1", lambda history: _stabilised(history["energy"][-1])
 )
@@ -119,10 +126,15 @@ def _stabilised(energy: xr.DataArray) -> float:
     return float(energy.sel(form="stabilisation") / energy.sel(form="internal"))
 
 
-def _effort(name: str, unit: str) -> Column:
-    return Column(name, unit, lambda history: effort(history)[f"{name} [{unit}]"])
-
-
-INCREMENTS, NEWTON = _effort("increments", "1"), _effort("Newton iterations", "1")
-KRYLOV, TIME = _effort("Krylov iterations", "1"), _effort("time", "s")
+INCREMENTS = Column("increments", "1", lambda history: history.sizes["increment"] - 1)
+NEWTON = Column("Newton iterations", "1", lambda history: int(history["newton_iterations"].sum()))
+KRYLOV = Column("Krylov iterations", "1", lambda history: int(history["krylov_iterations"].sum()))
+TIME = Column("time", "s", lambda history: history.attrs.get("wall_seconds", nan))
 EFFORT = (INCREMENTS, NEWTON, KRYLOV, TIME)
+
+
+def beam_length(history: xr.Dataset) -> float:
+    """Return the mean length of the beams of a reduced model, whose stations are their nodes [m]."""
+    step = np.linalg.norm(np.diff(history["centreline"].to_numpy(), axis=0), axis=1)
+    same_yarn = np.diff(history["yarn"].to_numpy()) == 0
+    return float(step[same_yarn].mean())

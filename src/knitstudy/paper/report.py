@@ -21,7 +21,6 @@ from PIL import Image, UnidentifiedImageError
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
 from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
 from knitstudy.run.configuration import load_study
 from knitstudy.run.plan import Plan
@@ -332,9 +331,9 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
         return ""
     history = read_dataset(path)
     scene, _ = scenes_of(history, path)
-    geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene))
+    geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
     title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
-    return page_of(deformed(scene, geometry, history), title, CORNERS)
+    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS)
 
 
 # ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's
@@ -363,13 +362,14 @@ def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) ->
     return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
 
 
-def full_study(catalogue: Catalogue, plan: Plan, scenes: list[Scene], config: Path) -> Displays:
-    """Return the figures or tables of the full study that can be made of scenes."""
+def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:
+    """Return the figures or tables of the full study that can be made of scenes by their names."""
+    scenes = [plan.scenes[name] for name in names]
     return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
 
 
 def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
     """Return a warning where the kept verdicts were made by other code or scenes than today's; else an empty text."""
-    displays = full_study(TABLES, plan, [plan.scenes[name] for name in load_study(STUDY, config)], config)
+    displays = full_study(TABLES, plan, load_study(STUDY, config), config)
     wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
     return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)

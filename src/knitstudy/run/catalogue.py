@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import file_digest
-from knitstudy.knit.scene.defaults import base_of
-from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.knit.scene.documents import RESOURCES, base_of
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.registry import Registry, wings
 from knitstudy.run.plan import Plan, Step
@@ -34,42 +33,6 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 Datasets = Mapping[str, "xr.Dataset"]  # results of one stage by the names of their scenes
 Scenes = Mapping[str, Scene]  # by name
-
-# The four cases in which models are compared (Fig. 15): interaction and direction of the load.
-CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
-# The direct simulation of a case that the others are compared with, in order of preference.
-SOLIDS = ("yarns-{case}", "dns-{case}", "dns-{case}-coarse")
-
-# The main reduced models of a case, likewise.
-NETWORKS = {
-    "rom3d": ("rom3d-{case}", "rom3d-{case}-coarse"),
-    "rom2d": ("rom2d-{case}", "rom2d-{case}-coarse"),
-}
-
-# Direct simulations of the same case by other elements or on other meshes.
-OTHER_SOLIDS = ("yarns-{case}-p3", "dns-{case}", "dns-{case}-medium", "yarns-{case}-coarse")
-# Reduced models of a case with another joint, section or spring.
-VARIANTS = ("rom3d-*-{case}", "rom2d-*-{case}")
-
-REDUCED = (*NETWORKS["rom3d"], *NETWORKS["rom2d"], *VARIANTS)
-BEAM_MODELS = ("beam-{case}", "beam-*-{case}", "beam-{case}-coarse")  # Beams in contact of a case
-
-# Square knits of rising size in course tension.
-SQUARES = (
-    "domain-*-tie-course-*",
-    "domain-*-isotropic-course-*",
-    *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
-)
-
-
-def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of scenes of a case, for example "tie-course"."""
-    return tuple(name.format(case=case) for name in names)
-
-
-def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
-    """Return names of scenes of several cases, case by case."""
-    return tuple(name.format(case=case) for case in cases for name in names)
 
 
 @dataclass(frozen=True)
@@ -108,21 +71,6 @@ def one(stage: str, *names: str, optional: bool = False) -> Results:
     return Results(stage, names, optional=optional)
 
 
-def solid(stage: str, case: str) -> Results:
-    """Return the result of the direct simulation of a case that the others are compared with."""
-    return one(stage, *of_case(case, SOLIDS))
-
-
-def of_solid(case: str, *arguments: str) -> dict[str, Results]:
-    """Return the results of the direct simulation of a case by stage, "dns" for the history."""
-    return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
-
-
-def network(fidelity: str, case: str, optional: bool = False) -> Results:
-    """Return the history of the main reduced model of a case, "rom3d" or "rom2d"."""
-    return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)
-
-
 def several(stage: str, *patterns: str, **attributes: Any) -> Results:
     """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
     return Results(stage, patterns, several=True, **attributes)
@@ -139,6 +87,8 @@ class Display:
     results: Mapping[str, Results] = field(default_factory=dict)
     # Other arguments of the function: files by the names of `reference_files`
     files: tuple[str, ...] = ()
+    # Arguments that are other tables of the study, by their names
+    tables: tuple[str, ...] = ()
     # Whether it has the argument ``scenes``: a scene by the name of its result, several by their own names
     scenes: bool = False
     order: float = inf  # place in the report; figures and tables without a place follow by their names
@@ -149,7 +99,7 @@ class Display:
     def needed(self) -> tuple[str, ...]:
         """Arguments without which it cannot be made."""
         results = [name for name, result in self.results.items() if not result.optional]
-        return (*results, *self.files, *(("scenes",) if self.scenes else ()))
+        return (*results, *self.tables, *self.files, *(("scenes",) if self.scenes else ()))
 
     @property
     def takes(self) -> tuple[str, ...]:
@@ -158,34 +108,25 @@ class Display:
         return (*self.needed, *optional)
 
 
-def _taken(make: Callable[..., Any], attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return attributes with the arguments of a function: arguments that are no results are files."""
-    named = [
-        parameter
-        for parameter in signature(make).parameters.values()
-        if parameter.kind is not parameter.VAR_KEYWORD
-    ]
-    names = [
-        parameter.name
-        for parameter in named
-        if parameter.default is parameter.empty
-        and parameter.name not in (*attributes.get("results", ()), "scenes")
-    ]
-    scenes = attributes.get("scenes", any(parameter.name == "scenes" for parameter in named))
-    return {"files": (*attributes.get("files", ()), *names), "scenes": scenes}
-
-
 class Catalogue(Registry[Display]):
     """All figures, or all tables, in the order of the report."""
 
     def add(self, name: str, title: str, **attributes: Any) -> Callable[[Function], Function]:
         """Return a decorator of the function that makes a figure or table; keywords are attributes of `Display`.
 
+        Arguments of the function that are no results and no tables are files.
+
         Raises ConfigurationError if the name is taken.
         """
 
         def added(make: Function) -> Function:
-            self.register(Display(name, title, make, **(attributes | _taken(make, attributes))))
+            own = {"scenes", *attributes.get("results", ()), *attributes.get("tables", ())}
+            named = [
+                each for each in signature(make).parameters.values() if each.kind is not each.VAR_KEYWORD
+            ]
+            files = [each.name for each in named if each.default is each.empty and each.name not in own]
+            given = {"scenes": any(each.name == "scenes" for each in named)} | attributes
+            self.register(Display(name, title, make, **given | {"files": (*given.get("files", ()), *files)}))
             return make
 
         return added
@@ -193,10 +134,6 @@ class Catalogue(Registry[Display]):
     def all(self) -> dict[str, Display]:
         """Return all by name, in the order of the report."""
         return dict(sorted(super().all().items(), key=lambda entry: (entry[1].order, entry[0])))
-
-    def module(self, name: str) -> str:
-        """Return the dotted name of the module of a figure's or table's function."""
-        return self.find(name).make.__module__
 
     def make(self, name: str, **sources: Any) -> Any:
         """Make a figure or table from its sources among all.
@@ -220,7 +157,17 @@ TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
 
 REFERENCE = RESOURCES / "reference"
 
-Source = Step | Path  # A result, or a file of reference
+
+@dataclass(frozen=True)
+class Made:
+    """A table that other displays are made from: its path in the folder of results, and its digest."""
+
+    path: Path
+    digest: str
+    needs: Mapping[str, Step] = field(default_factory=dict)  # none: its digest says all
+
+
+Source = Step | Made | Path  # A result, a table of the study, or a file of reference
 Sources = dict[str, Source | list[Source]]  # of a figure or table by argument, several in a list
 
 
@@ -264,15 +211,22 @@ class Displays:
     @cached_property
     def sources(self) -> dict[str, Sources]:
         """Sources of each figure or table that the study can make."""
-        sources: dict[str, Sources] = {}
-        for name, display in self.catalogue.all().items():
-            known: Sources = {**self.reference}
-            for argument, results in display.results.items():
-                if steps := self._steps(results):
-                    known[argument] = [*steps] if results.several else steps[0]
-            if set(display.needed) <= {*known, "scenes"}:
-                sources[name] = {argument: known[argument] for argument in display.takes if argument in known}
-        return sources
+        found = {name: self._found(display) for name, display in self.catalogue.all().items()}
+        return {name: sources for name, sources in found.items() if sources is not None}
+
+    def _found(self, display: Display) -> Sources | None:
+        """Return the sources of a figure or table; None where the study cannot make it."""
+        known: Sources = {**self.reference}
+        for argument, results in display.results.items():
+            if steps := self._steps(results):
+                known[argument] = [*steps] if results.several else steps[0]
+        for name in display.tables:
+            of_tables = Displays(TABLES, self.plan, self.study.values(), self.reference, self.label)
+            if (sources := of_tables._found(TABLES.find(name))) is not None:
+                known[name] = Made(Path("tables", f"{name}.csv"), of_tables._digest(name, sources))
+        if set(display.needed) <= {*known, "scenes"}:
+            return {argument: known[argument] for argument in display.takes if argument in known}
+        return None
 
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
@@ -287,7 +241,9 @@ class Displays:
         """Return the sources of one; ConfigurationError says which scenes the study lacks for it."""
         display = self.catalogue.find(name)
         if name not in self.sources:
-            results = [result for result in display.results.values() if not result.optional]
+            behind = (display, *map(TABLES.find, display.tables))
+            every = [result for each in behind for result in each.results.values()]
+            results = [result for result in every if not result.optional]
             needed = [result for result in results if not self._steps(result)]
             scenes = ", ".join(f"{result.stage} of {' or '.join(result.names)}" for result in needed)
             raise ConfigurationError(
@@ -301,7 +257,7 @@ class Displays:
         def path(source: Source | list[Source]) -> Any:
             if isinstance(source, list):
                 return [path(each) for each in source]
-            return (Path(folder) / source.path if isinstance(source, Step) else source).as_posix()
+            return (source if isinstance(source, Path) else Path(folder) / source.path).as_posix()
 
         return {argument: path(source) for argument, source in self.sources_of(name).items()}
 
@@ -316,10 +272,13 @@ class Displays:
 
     def digest(self, name: str) -> str:
         """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
+        return self._digest(name, self.sources[name])
+
+    def _digest(self, name: str, sources: Sources) -> str:
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
         reads = {"title": self.catalogue.find(name).title, "scenes": scenes}
         code = code_digest("paper", "use", "measures", *MODEL)
-        return digest({"reads": reads, "code": code, "needs": digests_of(self.sources[name])})
+        return digest({"reads": reads, "code": code, "needs": digests_of(sources)})
 
 
 def digests_of(sources: Sources) -> dict[str, str]:
@@ -328,5 +287,5 @@ def digests_of(sources: Sources) -> dict[str, str]:
     for role, source in sources.items():
         for each in source if isinstance(source, list) else [source]:
             name = f"{role} {each.scene.name}" if isinstance(each, Step) else role
-            digests[name] = each.digest if isinstance(each, Step) else file_digest(each)
+            digests[name] = file_digest(each) if isinstance(each, Path) else each.digest
     return digests

@@ -17,14 +17,15 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import base_of, layered_defaults
-from knitstudy.knit.scene.documents import CONFIG, read_yaml
+from knitstudy.knit.scene.documents import CONFIG, base_of, layered_defaults, read_yaml
 from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
+from knitstudy.run.sources import Source
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -84,8 +85,8 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
 
     @cache
     def read(name: str) -> Scene:
-        member = members[name]
-        return plan_of(name, {}, config).scene if is_open(member.keys) else _scene(member, defaults)
+        asks = is_open(members[name].keys)
+        return choose(*asked_of(name, {}, config)).scene if asks else _scene(members[name], defaults)
 
     def first(names: list[str]) -> Scene:
         for name in names[:-1]:
@@ -180,26 +181,24 @@ def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -
     Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
     """
     layered_defaults(config)  # a folder without them is no configuration
-    if name in load_families(config) and asks(name, changes, config):
-        return plan_of(name, changes, config).scene
-    return load_scene(name, config).vary(changes)
+    choice = choice_of(name, changes, config)
+    return choice.scene if choice else load_scene(name, config).vary(changes)
 
 
-def asks(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> bool:
-    """Return whether a scene with changed keys leaves its model open."""
-    return is_open({**load_families(config)[name].keys, **changes})
-
-
-def plan_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice:
-    """Return the model that is chosen for a scene with changed keys; keys of a model that the scene has do not count.
+def choice_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice | None:
+    """Return the model that is chosen for a scene with changed keys; None where neither leaves its model open.
 
     Raises ConfigurationError as `load_scenes`, and where no model will do.
     """
-    problem, ask, where = asked_of(name, changes, config)
-    return choose(problem, ask, where)
+    members = load_families(config)
+    if name not in members or not is_open({**members[name].keys, **changes}):
+        return None
+    return choose(*asked_of(name, changes, config))
 
 
-def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tuple[Scene, Requirements, str]:
+def asked_of(
+    name: str, changes: Mapping[str, Any], config: Path = CONFIG
+) -> tuple[Problem, Requirements, str]:
     """Return the physical problem of a scene with changed keys, its question, and the beginning of messages."""
     problem, keys, where = problem_of(name, changes, config)
     wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
@@ -208,7 +207,7 @@ def asked_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> tu
 
 def problem_of(
     name: str, changes: Mapping[str, Any], config: Path = CONFIG
-) -> tuple[Scene, dict[str, Any], str]:
+) -> tuple[Problem, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
@@ -282,54 +281,5 @@ def check_together(
                 differs = f"{name} is {value!r}, there {there.get(name)!r}"
                 message = f"knit is {scene.knit!r}, as in scene {first.name!r}, but {differs}"
                 raise ConfigurationError(f"{where}: {message}; scenes of one knit share its geometry")
-        for source in scene.kind.fidelity.sources:
-            check_source(scene, source, scenes, where)
-
-
-SHARED = {
-    "rom.contacts_from": ("knit", "interaction", "load.direction", "tie.radius"),
-    "rom.springs_from": ("knit", "interaction"),
-}
-"""Keys that a scene shares, if it has them, with the direct simulation that another key of it names."""
-
-SPRINGS = (
-    "yarn.diameter",
-    "yarn.youngs_modulus",
-    "yarn.poisson_ratio",
-    "yarn.material",
-    "contact.friction",
-    "load.strain",
-)
-"""Keys that springs depend on beside the keys of the knit: springs are secants at full load."""
-
-
-def gives_springs(scene: Scene, source: str) -> bool:
-    """Return whether springs of a scene are measured of the direct simulation that its key `source` names."""
-    joints = scene.value("rom")
-    if joints is None or scene.value("rom.axes") is None or joints.stiffness:
-        return False
-    return source == f"rom.{'springs' if joints.springs_from else 'contacts'}_from"
-
-
-def check_source(scene: Scene, source: str, scenes: Mapping[str, Scene], where: str) -> None:
-    """Check that a key names a direct simulation, and one that goes with the scene.
-
-    Raises ConfigurationError, naming the other scene and the key that both have to share.
-    """
-    name = scene.value(source)
-    if name is None:
-        return
-    if name not in scenes or not scenes[name].kind.direct:
-        direct = sorted(other.name for other in scenes.values() if other.kind.direct)
-        message = unknown_choice(f"{source} names the unknown scene of solid yarns", name, name, direct)
-        raise ConfigurationError(f"{where}: {message}")
-    if source == "rom.stress_from" and "fields" not in scenes[name].outputs:
-        wanted = "must name a scene whose outputs hold fields, which stresses come from"
-        raise ConfigurationError(f"{where}: {source} is {name!r} but {wanted}")
-    for shared in dict.fromkeys(
-        (*SHARED.get(source, ("knit",)), *(SPRINGS if gives_springs(scene, source) else ()))
-    ):
-        here, there = scene.value(shared), scenes[name].value(shared)
-        if here is not None and here != there:
-            wanted = f"{there!r} as in {source}, {name!r}"
-            raise ConfigurationError(f"{where}: {shared} is {here!r} but must be {wanted}")
+        for key in filter(scene.value, scene.kind.fidelity.sources):
+            Source.of(scene, key, scenes, where).check()

@@ -6,7 +6,9 @@ refuse a scene that does not fit, by its mesh; the expectation is there before t
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import ceil
+from typing import Any
 
 import psutil
 
@@ -54,24 +56,45 @@ def machine_memory() -> int:
     return int(psutil.virtual_memory().total / MEGABYTE)
 
 
-def expected_memory(scene: Scene) -> int:
-    """Return the memory that a simulation is expected to take [MB]."""
-    if not scene.kind.fidelity.solid:
-        return round(scene.kind.fidelity.memory + _cells(scene) * scene.kind.fidelity.memory_a_cell)
-    element, touches = _element(scene), scene.kind.interaction.touches
-    bytes_an_unknown, count = BYTES_AN_UNKNOWN[element][touches], unknowns(scene)
-    growth = count * bytes_an_unknown
-    if touches and element == POLYNOMIALS:
-        growth = FOLLOWED + min(count, LARGE) * bytes_an_unknown + max(count - LARGE, 0.0) * BYTES_OF_LARGE
-    return round((PROCESS + growth) / MEGABYTE)
+@dataclass(frozen=True)
+class Cost:
+    """What a result is expected to take: memory [MB], processor time at most [s], unknowns of a direct simulation."""
+
+    memory: int = 1000
+    seconds: float = 3.0
+    unknowns: float = 0.0
 
 
-def expected_seconds(scene: Scene) -> float:
-    """Return the processor time that a simulation is expected to take at most [s]."""
+def expected_cost(scene: Scene) -> Cost:
+    """Return what a simulation is expected to take."""
+    model, touches = scene.kind.fidelity, scene.kind.interaction.touches
     increments = max(1.0, scene.solver.increments / INCREMENTS)
-    if not scene.kind.fidelity.solid:
-        return increments * scene.kind.fidelity.seconds_a_cell * _cells(scene)
-    return increments * unknowns(scene) * SECONDS_AN_UNKNOWN[_element(scene)][scene.kind.interaction.touches]
+    if not model.solid:
+        cells = scene.value("pattern.loops") * scene.value("pattern.rows")
+        memory = round(model.memory + cells * model.memory_a_cell)
+        return Cost(memory, increments * model.seconds_a_cell * cells)
+    mesh = scene.value("mesh")
+    elements = elements_of(mesh)
+    if isinstance(scene, Looped):
+        from knitstudy.knit.geometry.lay_out import initial_loop  # imports SciPy
+
+        one_more = scene.specimen != "cut_knit"
+        length = initial_loop(scene).length * scene.pattern.loops * (scene.pattern.rows + one_more)
+    else:
+        length = 2 * scene.value("pair.length")
+    count = unknowns(mesh, length / scene.yarn.radius)
+    seconds = increments * count * SECONDS_AN_UNKNOWN[elements][touches]
+    return Cost(memory_of_solids(elements, touches, count), seconds, count)
+
+
+def memory_of_solids(elements: str, touches: bool, unknowns: float) -> int:
+    """Return the memory of a direct simulation [MB] by its elements, whether yarns are in contact, and its unknowns."""
+    bytes_an_unknown = BYTES_AN_UNKNOWN[elements][touches]
+    growth = unknowns * bytes_an_unknown
+    if touches and elements == POLYNOMIALS:
+        followed, beyond = FOLLOWED + min(unknowns, LARGE) * bytes_an_unknown, max(unknowns - LARGE, 0.0)
+        growth = followed + beyond * BYTES_OF_LARGE
+    return round((PROCESS + growth) / MEGABYTE)
 
 
 def time_limit(seconds: float) -> int:
@@ -79,35 +102,21 @@ def time_limit(seconds: float) -> int:
     return START + ceil(SPARE * seconds / 60)
 
 
-def unknowns(scene: Scene) -> float:
-    """Return about how many unknowns a direct simulation has."""
-    mesh, length, radius = scene.value("mesh"), _yarn(scene), scene.yarn.radius
-    if _element(scene) == POLYNOMIALS:
-        degree = mesh.crossing_degree
-        functions = (degree + 1) * (degree + 2) / 2
-        near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
-        return 3 * functions * near * length / (mesh.span * radius)
-    from knitstudy.knit.mesh.section import nodes_for_size
-
-    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size * radius)
-    nodes = slices * nodes_for_size(2, mesh.size)
-    return 3 * nodes * (NODES_OF_QUADRATIC if _element(scene) == "quadratic" else 1.0)
-
-
-def _element(scene: Scene) -> str:
-    element = scene.value("mesh.element") or POLYNOMIALS
+def elements_of(mesh: Any) -> str:
+    """Return the elements of a section ``mesh`` of solid yarns, by which their cost was measured."""
+    element = getattr(mesh, "element", POLYNOMIALS)
     return element if element in BYTES_AN_UNKNOWN else "one_point"
 
 
-def _cells(scene: Scene) -> int:
-    return scene.value("pattern.loops") * scene.value("pattern.rows")
+def unknowns(mesh: Any, length: float) -> float:
+    """Return about how many unknowns yarns of a drawn length [yarn radii] have by a section ``mesh`` of solid yarns."""
+    if elements_of(mesh) == POLYNOMIALS:
+        degree = mesh.crossing_degree
+        functions = (degree + 1) * (degree + 2) / 2
+        near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
+        return 3 * functions * near * length / mesh.span
+    from knitstudy.knit.mesh.section import nodes_for_size
 
-
-def _yarn(scene: Scene) -> float:
-    """Return the length of all yarns as they are drawn [m]."""
-    if not isinstance(scene, Looped):
-        return 2 * scene.value("pair.length")
-    from knitstudy.knit.geometry.lay_out import initial_loop  # with SciPy, which costs of beams do not need
-
-    one_more = scene.specimen != "cut_knit"
-    return initial_loop(scene).length * scene.pattern.loops * (scene.pattern.rows + one_more)
+    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size)
+    nodes = slices * nodes_for_size(2, mesh.size)
+    return 3 * nodes * (NODES_OF_QUADRATIC if elements_of(mesh) == "quadratic" else 1.0)

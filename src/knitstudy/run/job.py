@@ -19,7 +19,6 @@ from knitstudy.files import provenance
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 
-STARTED = "start of the process:"  # What it took, at the end of the log of a job
 INTERRUPTED = 130  # Exit status after Ctrl-C: whoever started the study says the rest
 
 
@@ -32,7 +31,6 @@ def frame(job: Any) -> Iterator[Progress]:
     the log; the script then ends with status 1.
     """
     end_with_parent()
-    start = time.process_time()  # of the interpreter, of Snakemake in it, and of imports
     label = " ".join([job.params.get("stage", job.rule), *job.wildcards])
     path = Path(job.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -55,7 +53,6 @@ def frame(job: Any) -> Iterator[Progress]:
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
         seconds = time.monotonic() - started
         print(f"done in {seconds:.1f} s, largest resident memory {peak:.0f} MiB", file=sys.stderr)
-        print(f"{STARTED} {start:.2f} s of processor time", file=sys.stderr)
 
 
 @contextmanager

@@ -5,16 +5,24 @@ from __future__ import annotations
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.registry import find
-from knitstudy.run.configuration import SPRINGS, check_source, gives_springs, knits_of, scenes_at_need
+from knitstudy.run.configuration import knits_of, scenes_at_need
+from knitstudy.run.cost import Cost, machine_memory
+from knitstudy.run.sources import Source
 from knitstudy.run.stages import STAGES, Stage, code_digest
 
 DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configuration does not have
+
+
+OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
+"""Keys that memory depends on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,25 +35,71 @@ class Step:
         Results that the stage takes, by the parameters of its function.
     sources : mapping of str to Scene
         Scenes that the scene names, by name.
-    seen : Scene
-        The scene with the keys alone that the stage reads.
-    path : Path
-        Of the result, under the folder of results.
-    digest : str
-        Of the keys and the code that the result depends on, and of its needs. It decides which results are made again,
-        by the workflow and by `simulate`.
     """
 
     stage: Stage
     scene: Scene
     needs: Mapping[str, Step]
     sources: Mapping[str, Scene]
-    seen: Scene
-    path: Path
-    digest: str
 
     def __str__(self) -> str:
         return f"{self.stage.name} {self.scene.name}"
+
+    @cached_property
+    def path(self) -> Path:
+        """Path of the result, under the folder of results."""
+        return self.stage.path(self.scene.knit if self.stage.label == "{knit}" else self.scene.name)
+
+    @cached_property
+    def keys(self) -> tuple[str, ...]:
+        """Sections and dotted keys of the scene that the stage reads."""
+        return self.stage.reads(self.scene)
+
+    @cached_property
+    def inputs(self) -> dict[str, Any]:
+        """What the stage reads of the scene, as plain data."""
+        inputs = self.scene.read(self.keys)
+        if self.stage.outputs:
+            inputs["outputs"] = [name for name in self.stage.outputs if name in self.scene.outputs]
+        return inputs
+
+    @cached_property
+    def seen(self) -> Scene:
+        """The scene with the keys alone that the stage reads."""
+        return self.scene.only(self.inputs, self.keys)
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of the keys and the code that the result depends on, and of its needs.
+
+        It decides which results are made again, by the workflow and by `simulate`.
+        """
+        needs = {name: need.digest for name, need in self.needs.items()}
+        code = code_digest(*self.stage.code)
+        return digest({"stage": self.stage.name, "reads": self.inputs, "code": code, "needs": needs})
+
+    @property
+    def wanted(self) -> bool:
+        """Whether a study asks for the result, in addition to the inputs of stages."""
+        return not self.stage.intermediate and self.stage.asked_by <= set(self.scene.outputs)
+
+    @cached_property
+    def cost(self) -> Cost:
+        """Memory and time that it is expected to take."""
+        return self.stage.cost(self.scene)
+
+    def require_machine(self) -> None:
+        """Refuse a long run that is expected to take more memory than the machine has."""
+        if not self.stage.restarts or self.cost.memory <= machine_memory():
+            return
+        sizes = {key: self.scene.value(key) for key in OF_SIZE}
+        text = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
+        need, has = self.cost.memory / 1000, machine_memory() / 1000
+        much = f"the stage {self.stage.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
+        remedy = "take a smaller specimen"
+        if self.scene.kind.fidelity.solid:
+            remedy += ", larger elements, a lower degree, or spline yarns instead of hexahedra"
+        raise ConfigurationError(f"scene {self.scene.name!r}: {text}: {much}; {remedy}")
 
 
 class Plan:
@@ -77,7 +131,8 @@ class Plan:
     def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG) -> Plan:
         """Return the plan `of` a folder, and of scenes from elsewhere, which never replace its own."""
         configured, knits = scenes_at_need(config)
-        return cls(_over(own, configured), configured, knits)
+        scenes = ChainMap(dict(own), configured)  # type: ignore[arg-type]  # which nothing writes to
+        return cls(scenes, configured, knits)
 
     def step(self, stage: str, scene: Scene) -> Step:
         """Return the result of a scene by the name of its stage.
@@ -85,21 +140,22 @@ class Plan:
         A scene that names another one that does not exist or does not fit raises a ConfigurationError.
         """
         known = self._steps.get((stage, id(scene)))
-        if known is None:
-            known = self._steps[stage, id(scene)] = self._step(STAGES[stage], scene)
-        return known
-
-    def _step(self, stage: Stage, scene: Scene) -> Step:
-        path, (document, keys) = stage.path(scene), stage.read(scene)
-        needs = {
-            name: self.step(need.stage, self.named(scene, need.key) if need.key else scene)
-            for name, need in stage.needs_of(scene).items()
-        }
-        digests = {name: need.digest for name, need in needs.items()}
-        of = {"stage": stage.name, "reads": document, "code": code_digest(*stage.code), "needs": digests}
+        if known is not None:
+            return known
+        needs = {}
+        for name, need in STAGES[stage].needs.items():
+            if not need.key and STAGES[need.stage].of(scene) and need.where(scene):
+                needs[name] = self.step(need.stage, scene)
+            elif need.key and scene.value(need.key):
+                needs[name] = self.step(need.stage, self.named(scene, need.key))
         named = filter(None, map(scene.value, scene.kind.fidelity.sources))
         sources = {name: self.scenes[name] for name in named if name in self.scenes}
-        return Step(stage, scene, needs, sources, scene.only(document, keys), path, digest(of))
+        made = self._steps[stage, id(scene)] = Step(STAGES[stage], scene, needs, sources)
+        return made
+
+    def steps_of(self, scene: Scene) -> dict[str, Step]:
+        """Return all results of a scene by the names of their stages, each after its inputs."""
+        return {name: self.step(name, scene) for name, stage in STAGES.items() if stage.of(scene)}
 
     def step_of(self, stage: str, label: str) -> Step:
         """Return a result by the label in the name of its file, that of a knit or of a scene.
@@ -122,26 +178,10 @@ class Plan:
         return list({step.path: step for step in steps}.values())
 
     def named(self, scene: Scene, key: str) -> Scene:
-        """Return the direct simulation that a key of a scene names, with the geometry of that scene.
-
-        If springs are measured in it, it takes the scene's yarn and strain as well.
-        """
-        name, scenes = scene.value(key), self.scenes
-        if (other := scenes.get(name)) is not None:
-            inputs, changed = scene.geometry_inputs, {}
-            if any(other.geometry_inputs.get(key) != inputs[key] for key in inputs):
-                changed = inputs | {"knit": scene.knit}
-            if gives_springs(scene, key):
-                given = {of: scene.value(of) for of in SPRINGS}
-                changed |= {of: value for of, value in given.items() if value not in (None, other.value(of))}
-                if strain := changed.get("load.strain"):
-                    changed["load.stops"] = [
-                        stop for stop in other.value("load.stops") if 0 < stop / strain < 1
-                    ]
-            if changed:
-                scenes = _over({name: other.vary(changed)}, scenes)
-        check_source(scene, key, scenes, f"scene {scene.name!r}")
-        return self.labelled(scenes[name])
+        """Return the direct simulation that a key of a scene names, with the geometry of that scene; see `Source`."""
+        source = Source.of(scene, key, self.scenes, f"scene {scene.name!r}").adapted()
+        source.check()
+        return self.labelled(source.other)
 
     def labelled(self, scene: Scene) -> Scene:
         """Return a scene under labels of its own where the configuration gives its labels to other keys.
@@ -156,8 +196,3 @@ class Plan:
         if knit is not None and knit.geometry_key != scene.geometry_key:
             labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
         return scene.labelled(labels) if labels else scene
-
-
-def _over(own: Mapping[str, Scene], others: Mapping[str, Scene]) -> Mapping[str, Scene]:
-    """Return scenes by name, the own ones first."""
-    return ChainMap(dict(own), others)  # type: ignore[arg-type]  # which nothing writes to

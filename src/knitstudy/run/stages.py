@@ -10,21 +10,15 @@ loaded plugins always count.
 from __future__ import annotations
 
 import hashlib
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import fault_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import later, plugin_files, wings
-from knitstudy.run.cost import expected_memory, expected_seconds, machine_memory
-
-if TYPE_CHECKING:  # a job that needs no dataset starts in half the time
-    import xarray as xr
+from knitstudy.run.cost import Cost, expected_cost
 
 PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -41,55 +35,23 @@ MODEL = (
 )
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
-OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.crossing_degree")
-"""Keys that memory depends on."""
-
 KIND = ("specimen", "fidelity", "interaction")
 MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
 
 Check = Callable[[Scene], bool]
 
 
-def always(scene: Scene) -> bool:
-    """Whether anything holds of a scene: it does."""
-    return True
-
-
-def never(scene: Scene) -> bool:
-    """Whether nothing holds of a scene."""
-    return False
-
-
-def has_mesh(scene: Scene) -> bool:
-    """Whether solid yarns of a scene are swept through its whole geometry."""
-    return scene.kind.direct
-
-
-def has_fields(scene: Scene) -> bool:
-    """Whether the history of a scene keeps the displacements of a mesh, which stresses and pictures come from."""
-    return has_mesh(scene) and "fields" in scene.outputs
-
-
-def starts_from_rest(scene: Scene) -> bool:
-    """Whether the load of a scene begins with a shape at rest."""
-    return scene.value("load.start") not in (None, "drawn")
-
-
 @dataclass(frozen=True)
 class Need:
-    """A result that a stage takes: of the same scene where a check holds, or of the scene that a dotted key names."""
+    """A result that a stage takes: of the same scene if that has the stage, or of the scene that a dotted key names."""
 
     stage: str
     key: str = ""
-    where: Check = always
-
-    def of(self, scene: Scene) -> bool:
-        """Whether a scene needs it."""
-        return bool(scene.value(self.key)) if self.key else self.where(scene)
+    where: Check = lambda scene: True  # of the scenes that have the stage, those that need it
 
 
 GEOMETRY = {"geometry": Need("geometry")}
-SOLIDS = GEOMETRY | {"mesh": Need("mesh", where=has_mesh)}
+SOLIDS = GEOMETRY | {"mesh": Need("mesh")}
 HISTORY = {"history": Need("simulation")}
 
 
@@ -108,16 +70,18 @@ class Stage:
     function: Callable[..., Any]
     # Sections and dotted keys of a scene that the result depends on; the function sees no others
     reads: Callable[[Scene], tuple[str, ...]]
-    of: Check = always  # whether a scene has this stage
+    of: Check = lambda scene: True  # whether a scene has this stage
     needs: Mapping[str, Need] = field(default_factory=dict)  # by the parameters of the function
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
-    wanted: Check = always  # whether a study asks for it, in addition to the inputs of stages
+    intermediate: bool = False  # whether a study asks for it only as the input of another stage
+    asked_by: frozenset[str] = (
+        frozenset()
+    )  # entries of the scene's outputs without which no study asks for it
     reports: bool = False  # whether its function takes a run, for its progress
     restarts: bool = False  # whether the run has a restart file as well
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
-    memory: Callable[[Scene], int] = lambda scene: 1000  # expected [MB]
-    seconds: Callable[[Scene], float] = lambda scene: 3.0  # expected at most, of one processor
+    cost: Callable[[Scene], Cost] = lambda scene: Cost()  # expected
 
     @property
     def is_dataset(self) -> bool:
@@ -129,68 +93,31 @@ class Stage:
         """The wildcard of its file, which names the file of its log: {scene} or {knit}."""
         return "{knit}" if "{knit}" in self.path_pattern else "{scene}"
 
-    def make(self, scene: Scene, **needed: Any) -> xr.Dataset:
-        """Return its result as a dataset, with the processor time of all threads; refuse an incomplete history.
-
-        A stage that may go on from a restart file counts its own time.
-        """
-        started = time.process_time()
-        dataset: xr.Dataset = self.function(scene, **needed)
-        if fault := fault_of(dataset):
-            raise DataFileError(f"the {self.name} of {scene.name} {fault}: it is not written")
-        seconds = time.process_time() - started
-        return dataset if self.restarts else dataset.assign_attrs(processor_seconds=seconds)
-
-    def require_machine(self, scene: Scene) -> None:
-        """Refuse a long run that is expected to take more memory than the machine has."""
-        need, has = self.memory(scene) / 1000, machine_memory() / 1000
-        if self.restarts and need > has:
-            sizes = {key: scene.value(key) for key in OF_SIZE}
-            text = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
-            much = f"the stage {self.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
-            remedy = "take a smaller specimen"
-            if scene.kind.fidelity.solid:
-                remedy += ", larger elements, a lower degree, or spline yarns instead of hexahedra"
-            raise ConfigurationError(f"scene {scene.name!r}: {text}: {much}; {remedy}")
-
-    def path(self, scene: Scene) -> Path:
-        """Return the path of its result under the folder of results."""
-        return Path(self.path_pattern.format(scene=scene.name, knit=scene.knit))
-
-    def read(self, scene: Scene) -> tuple[dict[str, Any], tuple[str, ...]]:
-        """Return what it reads of a scene as plain data, and by which sections and dotted keys."""
-        keys = self.reads(scene)
-        document = scene.read(keys)
-        if self.outputs:
-            document["outputs"] = [name for name in self.outputs if name in scene.outputs]
-        return document, keys
-
-    def needs_of(self, scene: Scene) -> dict[str, Need]:
-        """Return the results that it takes for a scene, by the parameters of its function."""
-        return {name: need for name, need in self.needs.items() if need.of(scene)}
-
-
-def keys(*names: str) -> Callable[[Scene], tuple[str, ...]]:
-    """Return the function that returns some sections and dotted keys for every scene."""
-    return lambda scene: names
+    def path(self, name: str) -> Path:
+        """Return the path of a result under the folder of results, by the name that its `label` stands for."""
+        return Path(self.path_pattern.replace(self.label, name))
 
 
 EXPORTS = {name: function for wing in wings() for name, function in wing.exports.items()}
 """Functions of the wings that write files for other programs, by the name of their stage."""
 
 
-def _export(name: str, path: str, what: str, outputs: str, **known: Any) -> Stage:
-    """Return a stage that writes a file for another program, of scenes with some outputs.
+def has_fields(scene: Scene) -> bool:
+    """Whether the history of a scene keeps the displacements of a mesh, which stresses and pictures come from."""
+    return scene.kind.direct and "fields" in scene.outputs
 
-    Unless `known` says otherwise, scenes with a mesh have the stage that may have these outputs.
+
+def _export(name: str, path: str, what: str, output: str, **known: Any) -> Stage:
+    """Return a stage that writes a file for another program, of scenes with an output.
+
+    Unless `known` says otherwise, scenes with a mesh have the stage that may have this output.
     """
-    asked = set(outputs.split())
     usual: dict[str, Any] = {
-        "reads": keys(*MODEL_KEYS),
-        "code": ("use/deck.py", "use/inp.py", "use/vtu.py", *MODEL),
-        "of": lambda scene: has_mesh(scene) and asked <= set(scene.kind.outputs),
+        "reads": lambda scene: MODEL_KEYS,
+        "code": ("use/decks", "use/vtu.py", *MODEL),
+        "of": lambda scene: scene.kind.direct and output in scene.kind.outputs,
         "needs": SOLIDS,
-        "wanted": lambda scene: asked <= set(scene.outputs),
+        "asked_by": frozenset({output}),
     }
     message = f"Write {what} of {{wildcards.scene}}"
     return Stage(name, path, message, later(EXPORTS.get(name, "")), **usual | known)
@@ -204,32 +131,32 @@ _STAGES = (
         function=later("knitstudy.knit.geometry.lay_out:lay_out"),
         reads=lambda scene: ("specimen", *scene.kind.specimen.geometry),
         code=("knit/geometry",),
-        wanted=never,
-        memory=lambda scene: 500,
+        intermediate=True,
+        cost=lambda scene: Cost(memory=500),
     ),
     Stage(
         name="mesh",
         path_pattern="mesh/{scene}.nc",
         message="Mesh {wildcards.scene}",
         function=later("knitstudy.knit.mesh.mesher:mesh"),
-        reads=keys("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
-        of=has_mesh,
+        reads=lambda scene: ("load.direction", "mesh.size", "mesh.growth", "mesh.refinement"),
+        of=lambda scene: scene.kind.direct,
         needs=GEOMETRY,
         code=MESH,
-        wanted=never,
+        intermediate=True,
     ),
     Stage(
         name="rest",
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
         function=later("knitstudy.knit.models.beam.cell:relax"),
-        reads=keys(*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
-        of=starts_from_rest,
+        reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
+        of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
+        intermediate=True,
         reports=True,
         queued=True,
-        wanted=never,
-        seconds=lambda scene: 60.0,
+        cost=lambda scene: Cost(seconds=60.0),
     ),
     Stage(
         name="simulation",
@@ -240,7 +167,7 @@ _STAGES = (
         outputs=("fields",),
         needs=SOLIDS
         | {
-            "rest": Need("rest", where=starts_from_rest),
+            "rest": Need("rest"),
             "contacts": Need("contacts", key="rom.contacts_from"),
             "springs": Need("contacts", key="rom.springs_from"),
             "stresses": Need("stress", key="rom.stress_from"),
@@ -248,15 +175,14 @@ _STAGES = (
         reports=True,
         restarts=True,
         queued=True,
-        memory=expected_memory,
-        seconds=expected_seconds,
+        cost=expected_cost,
     ),
     Stage(
         name="contacts",
         path_pattern="contacts/{scene}.nc",
         message="Find the contacts of {wildcards.scene}",
         function=later("knitstudy.knit.contacts.contacts:contacts"),
-        reads=keys(),
+        reads=lambda scene: (),
         of=lambda scene: scene.kind.fidelity.solid and scene.specimen != "cell",
         needs=GEOMETRY | HISTORY,
     ),
@@ -265,21 +191,21 @@ _STAGES = (
         path_pattern="stress/{scene}.nc",
         message="Average the stress of {wildcards.scene}",
         function=later("knitstudy.knit.stress:stress"),
-        reads=keys(*MODEL_KEYS),
+        reads=lambda scene: MODEL_KEYS,
         of=lambda scene: has_fields(scene) and scene.is_knit,
         needs=SOLIDS | HISTORY,
-        memory=lambda scene: 1000 + expected_memory(scene) // 2,
+        cost=lambda scene: Cost(memory=1000 + expected_cost(scene).memory // 2),
     ),
 )
 
 _EXPORTS = (
-    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu", reads=keys("mesh.element")),
+    _export("mesh_vtu", "mesh/{scene}.vtu", "the mesh", "vtu", reads=lambda scene: ("mesh.element",)),
     _export(
         "series",
         "simulation/{scene}.pvd",
         "all increments",
         "vtu",
-        of=always,
+        of=lambda scene: True,
         needs=GEOMETRY | HISTORY | {"mesh": Need("mesh", where=has_fields)},
     ),
     _export("deck_abaqus", "mesh/{scene}.abaqus.inp", "the Abaqus deck", "deck"),
@@ -289,7 +215,7 @@ _EXPORTS = (
         "simulation/{scene}.abaqus.inp",
         "the Abaqus shell section",
         "deck",
-        reads=keys(),
+        reads=lambda scene: (),
         of=lambda scene: scene.specimen == "cell" and not scene.kind.interaction.touches,
         needs=HISTORY,
     ),
@@ -301,8 +227,8 @@ STAGES = {
 }
 
 
-KEYS = "models/*/__init__.py"
-"""Files of keys, whose values a digest of a scene has already: their code does not count."""
+FILES_OF_KEYS = "models/*/__init__.py"
+"""Files whose values a digest of a scene has already: their code does not count."""
 
 
 def code_digest(*rooms: str) -> str:
@@ -327,7 +253,9 @@ def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     for room in sorted(set(rooms)):
         path = PACKAGE / room
         inside = sorted(
-            file for file in path.rglob("*") if file.suffix in (".py", ".tsv") and not file.match(KEYS)
+            file
+            for file in path.rglob("*")
+            if file.suffix in (".py", ".tsv") and not file.match(FILES_OF_KEYS)
         )
         for file in [path] if path.is_file() else inside:
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())

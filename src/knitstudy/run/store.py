@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import logging
+import time
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
 from knitstudy.files import (
+    fault_of,
     provenance,
     read_dataset,
     read_result,
@@ -29,7 +31,6 @@ from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import NOTHING, Scene, questions
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.run.plan import Plan, Step
-from knitstudy.run.stages import STAGES
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
     import xarray as xr
@@ -68,18 +69,13 @@ class Store:
 
         A result that is no dataset is a file alone, and None is returned. With `anew` the result itself is made again.
         """
-        if step.path in self.made:
-            return self.made[step.path]
-        if not step.stage.is_dataset:
-            self._write(step)
-            return None
-        result = None if anew else self.found(step)
-        if result is None:
-            step.stage.require_machine(step.scene)  # before anything is made for it
-            needed = {name: self.get(need) for name, need in step.needs.items()}
-            result = self.make(step, needed, anew)
-        self.made[step.path] = result
-        return result
+        if step.path not in self.made:
+            result = None if anew or not step.stage.is_dataset else self.found(step)
+            if result is None:
+                step.require_machine()  # before anything is made for it
+                result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, anew)
+            self.made[step.path] = result
+        return self.made[step.path]
 
     def found(self, step: Step) -> xr.Dataset | None:
         """Return the dataset of a step that is kept, whole and up to date; one that is damaged is a warning."""
@@ -101,29 +97,28 @@ class Store:
         path = self._path(step)
         return path is not None and path.is_file() and digest_or_warning(path) == step.digest
 
-    def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset:
-        """Make a dataset, write it with its digest if there is a folder, and then delete the restart file.
+    def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset | None:
+        """Make a result, write it with its digest if there is a folder, and then delete the restart file.
 
         A history that ends before full load has a file of its own, and is computed again for the same digest only
         `anew`. Raises EndedEarly where it is there.
         """
-        path, options, run = self._path(step), {}, None
+        path = self._path(step)
+        if not step.stage.is_dataset:
+            self._write(step, path, needed)
+            return None
         if path is not None and not anew:
             self._require_open_end(step)
-        if step.stage.reports:
-            restart = None
-            if step.stage.restarts and self.folder is not None:
-                restart = restart_of(self.folder / "restart", step.scene.name, step.digest)
-            run = Run(restart, self.progress(str(step)))
-            options = {"run": run}
+        run = self._run_of(step)
         try:
-            with serial_blas():  # the last bits of its sums depend on its threads
-                dataset, ended = step.stage.make(step.seen, **needed, **options), None
+            dataset, ended = _made(step, needed if run is None else {**needed, "run": run}), None
         except ConvergenceError as error:
             if path is None or error.history is None:
                 raise
             dataset, ended, path = error.history, error, _early(path)
         dataset = described(dataset, step)
+        if ended is None and (fault := fault_of(dataset)):
+            raise DataFileError(f"the {step.stage.name} of {step.scene.name} {fault}: it is not written")
         if path is not None:
             write_dataset(dataset, path, step.scene.name, step.digest)
             if run is not None:
@@ -143,7 +138,7 @@ class Store:
             return ""
         return f"{known['incomplete'].rstrip('.')}." if known.get("digest") == step.digest else ""
 
-    def ended_early(self, plan: Plan, scenes: Iterable[Scene]) -> dict[str, str]:
+    def ended_early(self, simulations: Iterable[Step]) -> dict[str, str]:
         """Return why scenes have no history to full load, by name: their own ended early, or one that they need."""
 
         def why(step: Step) -> str:
@@ -154,7 +149,7 @@ class Store:
 
         if self.folder is None or not any((self.folder / "simulation").glob(f"*{INCOMPLETE}")):
             return {}
-        reasons = {scene.name: why(plan.step("simulation", scene)) for scene in scenes}
+        reasons = {step.scene.name: why(step) for step in simulations}
         return {name: reason for name, reason in reasons.items() if reason}
 
     def _path(self, step: Step) -> Path | None:
@@ -166,14 +161,31 @@ class Store:
             kept = _early(self._path(step) or Path())
             raise EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
 
-    def _write(self, step: Step) -> None:
+    def _run_of(self, step: Step) -> Run | None:
+        """Return the run of a long stage, with its restart file and its progress; None of a short one."""
+        if not step.stage.reports:
+            return None
+        restart = None
+        if step.stage.restarts and self.folder is not None:
+            restart = restart_of(self.folder / "restart", step.scene.name, step.digest)
+        return Run(restart, self.progress(str(step)))
+
+    def _write(self, step: Step, path: Path | None, needed: Mapping[str, xr.Dataset]) -> None:
         """Write a file for another program."""
-        if (path := self._path(step)) is None:
+        if path is None:
             raise ConfigurationError(f"{step}: is a file, and there is no folder for it")
-        needed = {name: self.get(need) for name, need in step.needs.items()}
         step.stage.function(step.seen, path=path, **needed)
         seal(path, step.digest)
         log.info(f"{step}: written to %s", path)
+
+
+def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
+    """Return a dataset with the processor time of all threads; a stage with a restart file counts its own time."""
+    started = time.process_time()
+    with serial_blas():  # the last bits of its sums depend on its threads
+        dataset: xr.Dataset = step.stage.function(step.seen, **given)
+    seconds = time.process_time() - started
+    return dataset if step.stage.restarts else dataset.assign_attrs(processor_seconds=seconds)
 
 
 def digest_or_warning(path: Path) -> str:
@@ -252,21 +264,20 @@ def simulate(
     """
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
+    steps = plan.steps_of(scene)
     store = Store(progress=progress or (lambda label: silent))
     if folder is not None:
         store.folder, store.also = Path(folder), (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
-    step = plan.step("simulation", scene)
-    history = store.get(step, anew)
-    beside = {name: store.get(need) for name, need in step.needs.items()}
-    for name, stage in STAGES.items():
-        if name == "contacts" and stage.of(scene):
-            beside["contacts"] = store.get(plan.step(name, scene))
-        elif store.folder and not stage.is_dataset and stage.of(scene) and stage.wanted(scene):
-            store.get(plan.step(name, scene))
-    path = store.folder and store.folder / step.path
-    return Results(scene, beside["geometry"], history, beside.get("mesh"), beside.get("contacts"), path)
+    history = store.get(steps["simulation"], anew)
+    taken = {**steps["simulation"].needs, **steps}
+    beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
+    for step in steps.values() if store.folder else ():
+        if step.wanted and not step.stage.is_dataset:
+            store.get(step)
+    path = store.folder and store.folder / steps["simulation"].path
+    return Results(scene, history=history, **beside, path=path)
 
 
 # Attributes of a result: every key of its scene, its provenance, and the meaning of its variables

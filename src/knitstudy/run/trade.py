@@ -10,7 +10,7 @@ import resource
 from collections.abc import Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from functools import partial
 from math import inf, nan
 from multiprocessing import get_context
@@ -23,15 +23,15 @@ from knitstudy.errors import ConfigurationError, DataFileError, message_of
 from knitstudy.files import read_table, write_table
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
-from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.measures.cost import MEGABYTE, memory_growth
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
-from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, applies
-from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade, same_knit
+from knitstudy.measures.response import MEGABYTE, memory_growth
+from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
+from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.sample import Case, Trade
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.run.store import simulate
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
@@ -42,15 +42,8 @@ Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
 
 
-def code_of(problem: Scene, keys: Mapping[str, Any]) -> str:
-    """Return the digest of the code, and of all keys, behind a run."""
-    return digest([code_digest("measures", *MODEL), problem.vary(keys).hash])
-
-
-def run(
-    problem: Scene, setting: str, keys: Mapping[str, Any], limit: float, folder: Path, say: bool = False
-) -> Record:
-    """Return the record of a problem by one model setting, in a process with a limit of processor time [s]."""
+def run(problem: Problem, setting: str, folder: Path, say: bool = False) -> Record:
+    """Return the record of a problem by one model setting, in a process with a limit of processor time."""
     record = {
         "model setting": setting,
         "values": {},
@@ -59,8 +52,10 @@ def run(
         "unknowns": 0,
         "increments": 0,
     }
+    scene, limit = problem.scene, problem.trade.limit
+    keys = problem.trade.settings_of(problem.case)[setting]
     try:
-        document = problem.vary(dict(keys) | {"name": f"{problem.name}-{setting}", "outputs": []}).to_dict()
+        document = scene.vary(keys | {"name": f"{scene.name}-{setting}", "outputs": []}).to_dict()
         with ProcessPoolExecutor(1, get_context("fork"), end_with_parent) as pool:
             return record | pool.submit(_run, document, limit, folder, say).result()
     except ConfigurationError as error:
@@ -169,40 +164,42 @@ def reference_values(
 
 
 def collect(
-    trade: Trade, problems: Mapping[tuple[str, Case], Scene], records: Mapping[tuple[str, Case], list[Record]]
+    trade: Trade,
+    problems: Mapping[tuple[str, Case], Problem],
+    records: Mapping[tuple[str, Case], list[Record]],
 ) -> pd.DataFrame:
     """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
     rows = []
     for case in trade.cases():
         measured = {knit: of for (knit, other), of in records.items() if other == case}
-        settings = trade.settings_of(case)
         runs = {knit: {run["model setting"]: run["values"] for run in of} for knit, of in measured.items()}
         for knit, true in reference_values(runs, case, trade).items():
-            scene = problems[knit, case]
-            about = {"knit": knit, "problem": same_knit(scene)} | asdict(Inputs.of(scene))
-            of = [run for run in measured[knit] if applies(scene, settings[run["model setting"]])]
+            problem = problems[knit, case]
+            about = {"knit": knit, "problem": problem.digest} | asdict(problem.inputs)
+            of = [run for run in measured[knit] if run["model setting"] in problem.settings]
             rows += rows_of(of, case, about, trade, true)
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def measure(problem: Scene, folder: Path) -> pd.DataFrame:
+def measure(problem: Problem, folder: Path) -> pd.DataFrame:
     """Run all model settings on a knit of the user, add errors and prices to the user's table, and return them.
 
     Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.
     """
-    if problem.specimen == "pair":
-        raise ConfigurationError(
-            f"scene {problem.name!r}: specimen is pair, but models are measured on knits"
-        )
-    trade = load_trade()
-    case = trade.case_of(problem)
-    knit, settings = same_knit(problem), trade.settings_of(case)
+    scene = problem.scene
+    if scene.specimen == "pair":
+        raise ConfigurationError(f"scene {scene.name!r}: specimen is pair, but models are measured on knits")
+    short = problem.digest[:8]
+    named = replace(
+        problem, scene=scene.labelled({"name": f"{scene.name}-{short}", "knit": f"{scene.knit}-{short}"})
+    )
     before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
-    named = problem.vary({"name": f"{problem.name}-{knit[:8]}", "knit": f"{problem.knit}-{knit[:8]}"})
-    records = [run(named, setting, keys, trade.limit, folder, say=True) for setting, keys in settings.items()]
-    table = collect(trade, {(problem.name, case): problem}, {(problem.name, case): records})
+    settings = problem.trade.settings_of(problem.case)
+    records = [run(named, setting, folder, say=True) for setting in settings]
+    of = (scene.name, problem.case)
+    table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
-        raise DataFileError(f"scene {problem.name!r}: {table['reason'].iloc[0]}")
-    others = before[before["problem"] != knit]
+        raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
+    others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

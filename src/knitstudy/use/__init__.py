@@ -25,9 +25,9 @@ WING = Wing(
     exports={
         "mesh_vtu": "knitstudy.use.vtu:write_mesh",
         "series": "knitstudy.use.vtu:write_series",
-        "deck_abaqus": "knitstudy.use.inp:write_abaqus",
-        "deck_calculix": "knitstudy.use.inp:write_calculix",
-        "shell_section": "knitstudy.use.inp:write_shell",
+        "deck_abaqus": "knitstudy.use.decks.inp:write_abaqus",
+        "deck_calculix": "knitstudy.use.decks.inp:write_calculix",
+        "shell_section": "knitstudy.use.decks.fabric:write_shell",
     },
     names={"plot": "knitstudy.use.plot:plot"},
 )

@@ -89,9 +89,8 @@ def fit(
     """
     if len(measured) < LEAST:
         raise DataFileError(f"{len(measured)} measured points are too few: {LEAST} are needed")
-    interpolated = PchipInterpolator(*_by_friction(simulated)) if len(simulated) > 1 else None
-    frictions = np.linspace(min(simulated), max(simulated), GRID if interpolated else 1)
-    forces = interpolated(frictions) if interpolated else np.array([*simulated.values()])
+    frictions = np.linspace(min(simulated), max(simulated), GRID if len(simulated) > 1 else 1)
+    forces = _at(frictions, simulated)
     first = best = _likeliest(measured, frictions, forces)
     tried: set[float] = set()
     checked: dict[float, Floats] = {}
@@ -100,10 +99,10 @@ def fit(
             break
         tried |= {*new}
         if checked := checked | {**check(new)}:
-            places, better = _by_friction(checked)
-            ratio = better / (interpolated(places) if interpolated else forces)
-            if len(places) > 1:
-                ratio = PchipInterpolator(places, ratio)(np.clip(frictions, places[0], places[-1]))
+            places = np.array([*checked])
+            ratio = _at(
+                frictions, dict(zip(places, [*checked.values()] / _at(places, simulated), strict=True))
+            )
             best = _widened(_likeliest(measured, frictions, ratio * forces), first, ratio)
     return best
 
@@ -113,8 +112,13 @@ def _interval(values: Iterable[float]) -> Interval:
     return best, lowest, highest
 
 
-def _by_friction(forces: Mapping[float, Floats]) -> tuple[Floats, Floats]:
-    return np.array(sorted(forces)), np.array([forces[force] for force in sorted(forces)])
+def _at(frictions: Floats, curves: Mapping[float, Floats]) -> Floats:
+    """Return the curve (n,) at every friction (g,): between those of known frictions, beyond them the last one."""
+    known = sorted(curves)
+    forces = np.array([curves[friction] for friction in known])
+    if len(known) == 1:
+        return np.repeat(forces, len(frictions), axis=0)
+    return PchipInterpolator(known, forces)(np.clip(frictions, known[0], known[-1]))
 
 
 def _widened(best: Fit, before: Fit, ratio: Floats) -> Fit:

@@ -10,11 +10,11 @@ from __future__ import annotations
 import base64
 import json
 import zlib
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -28,7 +28,6 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import motion
 from knitstudy.use.solids import (
     BAR,
@@ -41,12 +40,11 @@ from knitstudy.use.solids import (
     scale_bar,
     tube,
 )
-from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, styled
-from knitstudy.use.vtu import write_deformed
+from knitstudy.use.style import MILLIMETRE, SINGLE, YARNS, pixels, resolution, save, styled
+from knitstudy.use.vtu import SHIFTED
 
 if TYPE_CHECKING:
-    import xarray as xr
-
+    from meshio import Mesh
 
 VIEW = View.orbit(18.0, 28.0)
 COLOURS = colormaps["viridis"]
@@ -78,7 +76,12 @@ class Deformed:
     faces: np.ndarray  # (F, 4) corners of the facets
     values: np.ndarray  # (T, P)
     label: str  # of the values, with their unit
-    strain: np.ndarray  # (T,)
+    history: xr.Dataset  # that holds these increments
+
+    @property
+    def strain(self) -> np.ndarray:
+        """Strains (T,) of the increments: all of the history, or the last one."""
+        return self.history["strain"].to_numpy()[-len(self.values) :]
 
     @property
     def scale(self) -> ScalarMappable:
@@ -88,27 +91,27 @@ class Deformed:
 
 
 def deformed(
-    scene: Scene,
     geometry: xr.Dataset,
     history: xr.Dataset,
-    mesh: xr.Dataset | None = None,
+    radius: float,
     colour: str = "u_z",
+    solids: Callable[[], Mesh] | None = None,
 ) -> Deformed:
     """Return the deformed yarns of a history, coloured by one of `NAMES`.
 
     Parameters
     ----------
-    scene : Scene
-        Scene of the history.
     geometry : Dataset
         Undeformed yarns, the result of the stage geometry.
     history : Dataset
         History of any model.
-    mesh : Dataset, optional
-        Mesh of hexahedra, for the colours of `FIELDS`.
+    radius : float
+        Radius of the yarns [m].
     colour : str
         "u_z" [mm], "slip" [mm] or "force" [N] of crossings at all increments; "stress" or "pressure" [MPa] of solids at
         full load.
+    solids : callable, optional
+        Returns the solids of the history (`knitstudy.use.vtu.solids`), for the colours of `FIELDS`.
 
     Raises
     ------
@@ -122,7 +125,11 @@ def deformed(
     course, wale = _lattice(fabric, history, place)
     copies = COPIES if len(fabric.periods) else 1
     if colour in FIELDS:
-        solid = _solids(scene, geometry, history, mesh, colour)
+        if solids is None:
+            raise ConfigurationError(
+                f"colour is {colour!r} but no solids are given: see knitstudy.use.vtu.solids"
+            )
+        solid = _surface_of(solids(), history, colour)
         return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
@@ -133,7 +140,7 @@ def deformed(
         along = np.append(np.tile(own[:-1], copies), own[-1])
         copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
         lines = place[:, along] + copy[:, None] * course[:, None]
-        tubes = [tube(line, scene.yarn.radius, "") for line in lines]
+        tubes = [tube(line, radius, "") for line in lines]
         points.append(np.stack([tube.points for tube in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)
@@ -144,7 +151,7 @@ def deformed(
         np.concatenate(faces),
         values[:, np.concatenate(at)],
         label,
-        history["strain"].to_numpy(),
+        history,
     )
     return _repeated(rows, wale, copies)
 
@@ -198,41 +205,31 @@ def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
         np.concatenate([cell.faces + number * count for number in range(copies)]),
         np.tile(cell.values, (1, copies)),
         cell.label,
-        cell.strain,
+        cell.history,
     )
 
 
-def _solids(
-    scene: Scene, geometry: xr.Dataset, history: xr.Dataset, mesh: xr.Dataset | None, colour: str
-) -> Deformed:
+def _surface_of(solids: Mesh, history: xr.Dataset, colour: str) -> Deformed:
     """Return the surface of solids at full load with a field of their nodes."""
     import pyvista
 
     name, label, scale = FIELDS[colour]
-    if "node_displacement" not in history:
-        raise ConfigurationError(
-            f"colour is {colour!r} but the history holds no fields of solids: run a scene of spline yarns or hexahedra "
-            "with --set outputs=[fields]"
-        )
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / "deformed.vtu"
-        write_deformed(scene, path, geometry, mesh, history)
-        grid = pyvista.read(path)
     if colour == "pressure" and "contact_pressure" not in history:
         raise ConfigurationError("colour is 'pressure' but no yarns of the history are in contact")
+    grid: Any = pyvista.from_meshio(solids)
     if name in grid.cell_data:
         grid = grid.cell_data_to_point_data()
     surface = grid.extract_surface(nonlinear_subdivision=1, algorithm="dataset_surface").triangulate()
     if name not in surface.point_data:
         surface[name] = _nearest_pressure(np.asarray(surface.points), history)
     triangles = surface.faces.reshape(-1, 4)[:, 1:]
-    points = np.asarray(surface.points, dtype=float) + np.asarray(surface["displacement [m]"])
+    points = np.asarray(surface.points, dtype=float) + np.asarray(surface[SHIFTED])
     return Deformed(
         points[None],
         np.column_stack([triangles, triangles[:, 2]]),
         scale * np.asarray(surface[name])[None],
         label,
-        history["strain"].to_numpy()[-1:],
+        history,
     )
 
 
@@ -277,13 +274,22 @@ def _surfaces(knit: Deformed, increment: int) -> list[Surface]:
     return [faint, Surface(points, knit.faces[pressed], "", colours=colours)]
 
 
-def animate(knit: Deformed, path: Path) -> None:
-    """Write the increments, `FRAMES` of them at most, as an animated WebP.
+def write_picture(knit: Deformed, path: Path, title: str) -> None:
+    """Write a picture at full load."""
+    save(draw(knit), [path], {"history": knit.history}, title)
 
-    Raises RenderingError when VTK cannot render on this machine.
+
+def animate(knit: Deformed, path: Path, title: str) -> None:
+    """Write the increments, `FRAMES` of them at most, as an animated WebP, which has no title.
+
+    Raises DataFileError when there is one increment alone, and RenderingError when VTK cannot render on this machine.
     """
     from PIL import Image
 
+    if len(knit.strain) < 2:
+        raise DataFileError(
+            f"{path}: {knit.label} is of full load only; an animation takes the colours u_z, slip or force"
+        )
     frames = []
     for increment in _spread(len(knit.strain), FRAMES):
         drawing = draw(knit, increment)
@@ -346,3 +352,7 @@ def page_of(knit: Deformed, title: str, most: int) -> str:
 
 def _packed(array: np.ndarray) -> str:
     return base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 9)).decode()
+
+
+# Functions that write a knit into a file with a title, by the suffix of the file
+WRITERS = {".png": write_picture, ".pdf": write_picture, ".webp": animate, ".html": write_page}

@@ -246,7 +246,6 @@ def stretch_strip(
     axis: int = 0,
     clamped: bool = True,
     elements: int = ELEMENTS,
-    increments: int | None = None,
     largest_force: float = np.inf,
 ) -> xr.Dataset:
     """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
@@ -266,9 +265,16 @@ def stretch_strip(
     ends = [along[0], along[-1], *((across[0], across[-1]) if clamped else (across[0, :1],))]
     fixed = np.concatenate(ends)
     value = np.where(np.isin(fixed, along[-1]), strain * length, 0.0)
-    many = increments or max(5, ceil(abs(strain) / INCREMENT))
-    settings = Settings(increments=many, vain=NEVER)
-    middle, rows, failure = across[number.shape[0] // 2], [], None
+    settings = Settings(increments=max(5, ceil(abs(strain) / INCREMENT)), vain=NEVER)
+    middle = across[number.shape[0] // 2]
+    rows: list[tuple[float, ...]] = []
+
+    def strip() -> xr.Dataset:
+        curves = zip(VARIABLES.items(), np.transpose(rows), strict=True)
+        sizes = {"length": length, "width": width, "axis": axis, "clamped": int(clamped)}
+        parts = {name: ("increment", curve, about) for (name, about), curve in curves}
+        return xr.Dataset(parts, attrs=sizes).set_coords("strain")
+
     try:
         for increment in trace(model, PrescribedDisplacement(fixed, value), settings, LU()):
             moved = increment.state.ravel()
@@ -279,21 +285,11 @@ def stretch_strip(
             if force >= largest_force:
                 break
     except ConvergenceError as error:
-        failure = ConvergenceError(
-            f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}: {error}"
-        )
-        failure.__cause__ = error
-    strip = xr.Dataset(
-        {
-            name: ("increment", curve, about)
-            for (name, about), curve in zip(VARIABLES.items(), np.transpose(rows), strict=True)
-        },
-        attrs={"length": length, "width": width, "axis": axis, "clamped": int(clamped)},
-    ).set_coords("strain")
-    if failure is not None:
-        failure.history = strip
-        raise failure
-    return strip
+        what = f"a strip of {length:.4g} x {width:.4g} m finds no equilibrium at a strain of {strain:g}"
+        refused = ConvergenceError(f"{what}: {error}")
+        refused.history = strip()
+        raise refused from error
+    return strip()
 
 
 VARIABLES = {

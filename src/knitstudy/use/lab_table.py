@@ -10,8 +10,8 @@ from __future__ import annotations
 import csv
 import logging
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 import pandas as pd
@@ -51,17 +51,13 @@ def is_unit(text: str) -> bool:
     return text in UNITS["strain"] or text in UNITS["force"] or text in ("s", "min", "°C")
 
 
-@dataclass(frozen=True)
-class Line:
-    """Fields of one line of the file, counted from 1."""
+Lines = dict[int, tuple[str, ...]]
+"""Fields of the lines of a file that are not empty, by their numbers from 1."""
 
-    number: int
-    fields: tuple[str, ...]
 
-    @property
-    def numbers(self) -> int:
-        """How many fields look like numbers."""
-        return sum(bool(NUMBER.match(field)) for field in self.fields)
+def is_row(fields: Sequence[str]) -> bool:
+    """Return whether fields are a row of the table: two of them look like numbers, or more."""
+    return sum(bool(NUMBER.match(field)) for field in fields) > 1
 
 
 def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
@@ -72,84 +68,81 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
     Raises DataFileError if there is no table, a row cannot be read (unless `skip_bad`), or a number in two ways.
     """
     lines, separator = _best_split(read_text(path), path)
-    first = next(k for k, line in enumerate(lines) if line.numbers > 1)
-    last = max(k for k, line in enumerate(lines) if line.numbers > 1)
-    head, below = _names(lines[:first], path)
+    numbers = [number for number, fields in lines.items() if is_row(fields)]
+    above, below = ([n for n in lines if n < numbers[0]], [n for n in lines if n > numbers[-1]])
+    head, named = _names([lines[number] for number in above], path)
     rows, bad = [], []
-    for line in lines[first : last + 1]:
-        fields = line.fields[: len(head)] if not any(line.fields[len(head) :]) else ()
-        if line.numbers > 1 and fields:
-            rows.append(fields + ("",) * (len(head) - len(fields)))
+    for number in (n for n in lines if numbers[0] <= n <= numbers[-1]):
+        fields = lines[number]
+        if is_row(fields) and not any(fields[len(head) :]):
+            rows.append((fields + ("",) * len(head))[: len(head)])
         elif skip_bad:
-            bad.append(line.number)
+            bad.append(number)
         else:
-            shown = " | ".join(line.fields)[:60]
+            shown = " | ".join(fields)[:60]
             raise DataFileError(
-                f"{path}: line {line.number} ({shown}) is no row of the {len(head)} columns {', '.join(head)}: mend "
+                f"{path}: line {number} ({shown}) is no row of the {len(head)} columns {', '.join(head)}: mend "
                 "it, or add --skip-bad"
             )
-    _report(path, "above the table", [line.number for line in lines[:first] if line not in below])
-    _report(path, "unreadable", bad)
-    _report(path, "below the table", [line.number for line in lines[last + 1 :]])
+    unused = {"above the table": above[: -len(named)], "unreadable": bad, "below the table": below}
+    for where, left_out in unused.items():
+        if left_out:
+            some = ", ".join(map(str, left_out[:6])) + (", ..." if len(left_out) > 6 else "")
+            log.warning("%s: %d lines %s are not used: %s", path, len(left_out), where, some)
     table = pd.DataFrame(rows, columns=head)
     table = table.loc[:, [bool(name) for name in head]]
     marks = _marks(table, separator, path)
     table = table.apply(lambda column: _converted(column, *marks))
     # Full names of columns, with units, by the names in the file
-    table.attrs["full_names"] = dict(zip(below[0].fields, head, strict=False))
+    table.attrs["full_names"] = dict(zip(named[0], head, strict=False))
     return table
 
 
-def _best_split(text: str, path: Path) -> tuple[list[Line], str | None]:
-    """Return the lines that are not empty, split so that most of them are rows of numbers, and the separator."""
+def _best_split(text: str, path: Path) -> tuple[Lines, str | None]:
+    """Return the lines of a text, split so that most of them are rows of numbers, and the separator."""
     texts = [line.strip("\r") for line in text.split("\n")]
     said = SEPARATOR_LINE.match(texts[0].strip())
     if said:
         texts[0] = ""
-    kept = [
-        (k, line) for k, line in enumerate(texts, 1) if line.strip() and not line.lstrip().startswith(COMMENT)
-    ]
+    kept = {
+        number: line
+        for number, line in enumerate(texts, 1)
+        if line.strip() and not line.lstrip().startswith(COMMENT)
+    }
     splits = {mark: _split(kept, mark) for mark in ([said[1]] if said else SEPARATORS)}
-    best = max(splits, key=lambda mark: sum(line.numbers > 1 for line in splits[mark]))
-    if not any(line.numbers > 1 for line in splits[best]):
-        wanted = (
-            "must be a table with names of columns above rows of numbers, parted by commas, semicolons, tabs"
+    count = {mark: sum(map(is_row, lines.values())) for mark, lines in splits.items()}
+    best = max(count, key=lambda mark: count[mark])
+    if not count[best]:
+        raise DataFileError(
+            f"{path}: must be a table with names of columns above rows of numbers, parted by commas, semicolons, tabs "
+            "or spaces"
         )
-        raise DataFileError(f"{path}: {wanted} or spaces")
     return splits[best], best
 
 
-def _split(lines: list[tuple[int, str]], separator: str | None) -> list[Line]:
+def _split(texts: dict[int, str], separator: str | None) -> Lines:
     parted: Iterable[list[str]]
     if separator is None:
-        parted = (re.split(r"\t|\s{2,}|\s(?=[+-]?[\d.,])", text.strip()) for _, text in lines)
+        parted = (re.split(r"\t|\s{2,}|\s(?=[+-]?[\d.,])", text.strip()) for text in texts.values())
     else:
-        parted = csv.reader((text for _, text in lines), delimiter=separator, skipinitialspace=True)
-    numbered = zip((number for number, _ in lines), parted, strict=False)
-    return [Line(number, tuple(field.strip() for field in fields)) for number, fields in numbered]
+        parted = csv.reader(texts.values(), delimiter=separator, skipinitialspace=True)
+    return {
+        number: tuple(field.strip() for field in fields)
+        for number, fields in zip(texts, parted, strict=False)
+    }
 
 
-def _names(above: list[Line], path: Path) -> tuple[list[str], list[Line]]:
+def _names(above: list[tuple[str, ...]], path: Path) -> tuple[list[str], list[tuple[str, ...]]]:
     """Return the names of columns, with their units if the file has a row of units, and the lines of both."""
     if not above:
         raise DataFileError(
             f"{path}: has no names of columns above its first row of numbers; write them there"
         )
-    *_, last = above
-    units = [field.strip("()[]") for field in last.fields]
-    if (
-        len(above) > 1
-        and any(map(is_unit, units))
-        and all(is_unit(unit) or unit in ("", "-") for unit in units)
-    ):
-        names = above[-2].fields
-        units += [""] * (len(names) - len(units))
-        named = [
-            f"{name} ({unit})" if unit not in ("", "-") else name
-            for name, unit in zip(names, units, strict=False)
-        ]
-        return named, above[-2:]
-    return list(last.fields), [last]
+    units = ["" if (unit := field.strip("()[]")) == "-" else unit for field in above[-1]]
+    if len(above) == 1 or not any(units) or not all(is_unit(unit) for unit in units if unit):
+        return list(above[-1]), above[-1:]
+    pairs = zip_longest(above[-2], units[: len(above[-2])], fillvalue="")
+    return [f"{name} ({unit})" if unit else name for name, unit in pairs], above[-2:]
 
 
 def _marks(table: pd.DataFrame, separator: str | None, path: Path) -> tuple[str, str]:
@@ -182,9 +175,3 @@ def _converted(column: pd.Series, decimal: str, thousands: str) -> pd.Series:
         return column
     plain = column.map(lambda field: field.translate(SPACES).replace(thousands, "").replace(decimal, "."))
     return pd.to_numeric(plain.replace("", "nan"), errors="coerce").astype(float)
-
-
-def _report(path: Path, where: str, lines: list[int]) -> None:
-    if lines:
-        some = ", ".join(map(str, lines[:6])) + (", ..." if len(lines) > 6 else "")
-        log.warning("%s: %d lines %s are not used: %s", path, len(lines), where, some)

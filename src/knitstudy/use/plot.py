@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import pairwise
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,6 +33,7 @@ from knitstudy.use.style import (
     pixels,
     styled,
 )
+from knitstudy.use.vtu import solids
 
 
 def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
@@ -57,7 +58,9 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
         drawing = draw(*(result.history for result in results))
     else:
         (one,) = results
-        drawing = deformed.draw(deformed.deformed(one.scene, one.geometry, one.history, one.mesh, colour))
+        at_full_load = partial(solids, one.scene, one.geometry, one.mesh, one.history)
+        radius = one.scene.yarn.radius
+        drawing = deformed.draw(deformed.deformed(one.geometry, one.history, radius, colour, at_full_load))
     if axes is not None:
         axes.imshow(pixels(drawing))
         axes.set_axis_off()
@@ -127,25 +130,24 @@ def _stresses(dataset: xr.Dataset, axes: Axes) -> None:
 
 
 def _mesh(dataset: xr.Dataset, axes: Axes) -> None:
-    bounds = dataset["first_slice"].to_numpy()
-    centres = MILLIMETRE * dataset["centres"].to_numpy()
-    for number, (first, end) in enumerate(pairwise(bounds)):
-        axes.plot(*centres[first:end, :2].T, ".-", color=YARNS[number % len(YARNS)], markersize=1.5)
-    _in_the_plane(axes)
+    _yarns(axes, np.split(dataset["centres"].to_numpy(), dataset["first_slice"].to_numpy()[1:-1]), ".-")
 
 
 def _rest(dataset: xr.Dataset, axes: Axes) -> None:
-    axes.plot(*MILLIMETRE * dataset["centreline"].to_numpy()[:, :2].T, ".", color=INK, markersize=1.5)
-    _in_the_plane(axes)
+    _yarns(axes, [dataset["centreline"].to_numpy()], ".")
 
 
 def _geometry(dataset: xr.Dataset, axes: Axes) -> None:
-    specimen = fabric_of(dataset)
-    for number, yarn in enumerate(specimen.centrelines):
-        place = MILLIMETRE * yarn.position(np.linspace(0, yarn.length, 400))
-        axes.plot(*place[:, :2].T, color=YARNS[number % len(YARNS)])
-    crossings = MILLIMETRE * specimen.crossings.point.mean(axis=1)
+    fabric = fabric_of(dataset)
+    _yarns(axes, [yarn.position(np.linspace(0, yarn.length, 400)) for yarn in fabric.centrelines], "-")
+    crossings = MILLIMETRE * fabric.crossings.point.mean(axis=1)
     axes.plot(*crossings[:, :2].T, "o", color=FAINT, markerfacecolor="none")
+
+
+def _yarns(axes: Axes, places: list[np.ndarray], line: str) -> None:
+    """Draw yarns through places (k, 3) [m] from the front."""
+    for number, place in enumerate(places):
+        axes.plot(*MILLIMETRE * place[:, :2].T, line, color=YARNS[number % len(YARNS)], markersize=1.5)
     _in_the_plane(axes)
 
 

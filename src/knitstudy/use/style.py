@@ -52,31 +52,7 @@ YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
 ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
 
-RC: Any = {
-    "font.family": "DejaVu Sans",  # comes with matplotlib: the same letters on every machine
-    "mathtext.fontset": "dejavusans",
-    "font.size": 8.0,
-    "axes.titlesize": 8.0,
-    "axes.labelsize": 8.0,
-    "xtick.labelsize": 8.0,
-    "ytick.labelsize": 8.0,
-    "legend.fontsize": 8.0,
-    "axes.linewidth": 0.7,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "xtick.direction": "out",
-    "ytick.direction": "out",
-    "lines.linewidth": 1.4,
-    "lines.markersize": 4.0,
-    "legend.frameon": False,
-    "pdf.fonttype": 42,  # letters stay letters: PDFs can be searched and edited
-}
-
+RC = matplotlib.rc_params_from_file(Path(__file__).with_name("figures.mplstyle"), use_default_template=False)
 
 styled = matplotlib.rc_context(RC)  # a decorator: draw in this style whatever the caller's settings are
 

@@ -9,17 +9,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import product
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
+from scipy.interpolate import BSpline
 
-from knitstudy.errors import MeshError
+from knitstudy.errors import ConfigurationError, MeshError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
@@ -28,48 +28,60 @@ from knitstudy.knit.mesh.quality import scaled_jacobian
 from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
-from knitstudy.knit.models.hexahedra.build import kind_of
 from knitstudy.knit.models.spline_yarns import SplineScene
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
 from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.mechanics.elements.hexahedron import NODES
 from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.solid import principal_axes, von_mises
 from knitstudy.mechanics.spline_yarn.space import Space, locate
 
+if TYPE_CHECKING:
+    from meshio import Mesh
+
+SHIFTED = "displacement [m]"
+
 # Cells by their number of nodes, as meshio calls them
 CELLS = {1: "vertex", 2: "line", 8: "hexahedron", 20: "hexahedron20", 27: "hexahedron27"}
 
+Fields = Mapping[str, NDArray[Any]]
+NONE: Fields = MappingProxyType({})
 
-def write_grid(
-    path: Path | str,
-    points: np.ndarray,
-    cells: np.ndarray,
-    point_fields: Mapping[str, np.ndarray],
-    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),
-) -> None:
-    """Write cells (C, n), in the order of VTK, with fields (P, ...) and (C, ...), whole or not at all."""
-    fields = {name: [values] for name, values in cell_fields.items()}
-    kind = CELLS[cells.shape[1]]
+
+def grid(points: Floats, cells: Ints, point_fields: Fields, cell_fields: Fields = NONE) -> Mesh:
+    """Return cells (C, n), in the order of VTK, at points (P, 3) with fields (P, ...) and (C, ...)."""
     import meshio  # here: no other job needs it, and it takes a twentieth of the imports of all
 
-    grid = meshio.Mesh(points, [(kind, cells)], point_data=dict(point_fields), cell_data=fields)
+    fields = {name: [values] for name, values in cell_fields.items()}
+    return meshio.Mesh(
+        points, [(CELLS[cells.shape[1]], cells)], point_data=dict(point_fields), cell_data=fields
+    )
+
+
+def _write(what: Mesh, path: Path | str) -> None:
+    """Write a grid, whole or not at all."""
     with replacing(path) as temporary:
-        grid.write(temporary)
+        what.write(temporary)
 
 
-def write_vtu(
-    mesh: SweptMesh | QuadraticMesh,
-    path: Path | str,
-    point_fields: Mapping[str, np.ndarray] | None = None,  # (N,) or (N, 3), such as {"displacement [m]": u}
-    cell_fields: Mapping[str, np.ndarray] = MappingProxyType({}),  # (E,)
-) -> None:
-    """Write a mesh of linear or quadratic hexahedra.
+def grid_of(mesh: SweptMesh | QuadraticMesh, point_fields: Fields = NONE, cell_fields: Fields = NONE) -> Mesh:
+    """Return a mesh of hexahedra as a grid of meshio, which `meshio.Mesh.write` writes.
 
-    The yarn of every node and element, the arc length of every node and the scaled Jacobian of every element are
-    always among the fields.
-    Raises MeshError if a field has not one row a node; DataFileError if the file cannot be written.
+    Parameters
+    ----------
+    mesh : SweptMesh or QuadraticMesh
+        Linear or quadratic hexahedra. The grid has their yarns, the arc lengths of nodes, and scaled Jacobians.
+    point_fields : mapping of str to (N,) or (N, 3)
+        Further fields of the nodes, such as ``{"displacement [m]": u}``.
+    cell_fields : mapping of str to (E, ...)
+        Further fields of the hexahedra.
+
+    Raises
+    ------
+    MeshError
+        When a field has not one row a node.
     """
     if isinstance(mesh, QuadraticMesh):
         hexahedra, yarn = mesh.elements, mesh.yarn
@@ -77,7 +89,7 @@ def write_vtu(
     else:
         hexahedra, yarn = mesh.hexahedra, np.repeat(mesh.yarn_of_slice, mesh.section.size)
         arc_length = np.repeat(mesh.arc_length, mesh.section.size)
-    points = {"yarn": yarn, "arc_length [m]": arc_length, **(point_fields or {})}
+    points = {"yarn": yarn, "arc_length [m]": arc_length, **point_fields}
     for name, values in points.items():
         if len(values) != len(mesh.nodes):
             raise MeshError(f"field {name!r} has {len(values)} rows; the mesh has {len(mesh.nodes)} nodes")
@@ -85,35 +97,41 @@ def write_vtu(
     # The centres of quadratic surface faces, which contact uses, belong to no element.
     used, number = np.unique(hexahedra, return_inverse=True)
     shown = {name: values[used] for name, values in points.items()}
-    write_grid(path, mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells | dict(cell_fields))
+    return grid(mesh.nodes[used], number.reshape(hexahedra.shape), shown, cells | dict(cell_fields))
 
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the mesh of a scene."""
-    write_vtu(_elements(scene, SweptMesh.from_dataset(mesh), fabric_of(geometry)), path)
+    swept, fabric = SweptMesh.from_dataset(mesh), fabric_of(geometry)
+    _write(grid_of(_elements(swept, fabric, scene.value("mesh.element"))), path)
 
 
-def write_deformed(
-    scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset | None, history: xr.Dataset
-) -> None:
-    """Write the undeformed yarns of a scene with their displacement at full load; hexahedra take their mesh."""
-    specimen = fabric_of(geometry)
+def _elements(mesh: SweptMesh, fabric: Fabric, element: str | None) -> SweptMesh | QuadraticMesh:
+    """Return the mesh that elements of a kind, a value of ``mesh.element``, make of a swept one."""
+    kind: Any = ELEMENTS.find(element) if element else None
+    return quadratic_mesh(mesh, fabric.centrelines) if kind and kind.nodes == NODES else mesh
+
+
+def solids(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset | None, history: xr.Dataset) -> Mesh:
+    """Return the undeformed yarns of a scene with their fields at full load; hexahedra take their mesh.
+
+    Raises ConfigurationError if the history holds no displacement of nodes, and DataFileError if the displacement is
+    of another discretisation.
+    """
+    if "node_displacement" not in history:
+        raise ConfigurationError(
+            "the history holds no fields of solids: run a scene of spline yarns or hexahedra with "
+            "--set outputs=[fields]"
+        )
+    fabric = fabric_of(geometry)
     if isinstance(scene, SplineScene):
-        write_spline_yarns(scene, path, specimen, history)
-        return
+        return spline_grid(scene, fabric, history)
     assert isinstance(scene, HexahedralScene), "solids are divided in one of two ways"
     assert mesh is not None, "hexahedra have a mesh"
-    swept = SweptMesh.from_dataset(mesh)
-    moved = history["node_displacement"].to_numpy()
-    stress = hexahedral_cell_stress(scene, swept, specimen, moved).mean
+    swept, moved = SweptMesh.from_dataset(mesh), history["node_displacement"].to_numpy()
+    stress = hexahedral_cell_stress(scene, swept, fabric, moved).mean
     cells = {"von_mises [Pa]": von_mises(stress), "principal_stress [Pa]": principal_axes(stress)[0]}
-    write_vtu(_elements(scene, swept, specimen), path, {"displacement [m]": moved}, cells)
-
-
-def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | QuadraticMesh:
-    """Return the mesh that the elements of a scene make of a swept one."""
-    quadratic = isinstance(scene, HexahedralScene) and kind_of(scene).nodes == NODES
-    return quadratic_mesh(mesh, specimen.centrelines) if quadratic else mesh
+    return grid_of(_elements(swept, fabric, scene.mesh.element), {SHIFTED: moved}, cells)
 
 
 # Spline yarns. A section is an O-grid with the middles of its edges and faces, repeated at the ends and in the middle
@@ -121,6 +139,10 @@ def _elements(scene: Scene, mesh: SweptMesh, specimen: Fabric) -> SweptMesh | Qu
 
 CORE, RINGS = 3, 1  # elements along a side of the section's core, and rings of elements around it
 CHUNK = 200  # sections evaluated at once; bounds the memory of their derivatives
+
+# Nodes of a cell in the order of VTK, of three sections of nine nodes: corners below and above; middles of edges below,
+# above and between; middles of faces x, x, y, y, below, above; the centre
+ORDER = [*range(4), *range(18, 22), *range(4, 8), *range(22, 26), *range(9, 13), 16, 14, 13, 15, 8, 26, 17]
 
 
 @dataclass(frozen=True, eq=False)
@@ -147,13 +169,10 @@ class CurvedCells:
         lower = np.concatenate(
             [low + np.arange(0, s.size - 1, 2) for low, s in zip(first, stations, strict=False)]
         )
-        # Each (spans, e, 9)
-        bottom, middle, top = ((lower + up)[:, None, None] * len(x) + quads for up in range(3))
-        # Corners below, above; middles of edges below, above, between; of faces x, x, y, y, below, above; the centre.
-        parts = [bottom[..., :4], top[..., :4], bottom[..., 4:8], top[..., 4:8], middle[..., :4]]
-        parts += [middle[..., [7, 5, 4, 6]], bottom[..., 8:], top[..., 8:], middle[..., 8:]]
+        sections = lower[:, None, None, None] + np.arange(3)[:, None]
+        nodes = sections * len(x) + quads[:, None]  # (spans, e, 3, 9)
         rim = np.stack([section.ring, size + shape.ring_edges], axis=-1).ravel()
-        return cls(x, rim, stations, np.concatenate(parts, axis=-1).reshape(-1, 27))
+        return cls(x, rim, stations, nodes.reshape(-1, 27)[:, ORDER])
 
     @cached_property
     def yarn(self) -> np.ndarray:
@@ -165,15 +184,15 @@ class CurvedCells:
         return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
 
 
-def write_spline_yarns(scene: SplineScene, path: Path | str, specimen: Fabric, history: xr.Dataset) -> None:
-    """Write undeformed spline yarns with their fields at full load.
+def spline_grid(scene: SplineScene, fabric: Fabric, history: xr.Dataset) -> Mesh:
+    """Return undeformed spline yarns with their fields at full load.
 
     Fields of nodes: displacement; von Mises and principal values (the largest first) of the Cauchy stress; where
     yarns touch, the contact pressure on the surface; yarn and arc length.
-    Raises DataFileError if the history is of another discretisation, or the file cannot be written.
+    Raises DataFileError if the history is of another discretisation.
     """
     moved = history["node_displacement"].to_numpy()
-    space, nodes = undeformed_splines(scene, specimen, moved)
+    space, nodes = undeformed_splines(scene, fabric, moved)
     spans = (yarn.spline.spans[yarn.own] for yarn in space.yarns)
     cells = CurvedCells.of([np.append(own[:, 0], own[-1, 1]) for own in spans])
     places, fields, area = _fields(space, nodes, moved, cells, material_of(scene.yarn))
@@ -181,7 +200,7 @@ def write_spline_yarns(scene: SplineScene, path: Path | str, specimen: Fabric, h
         fields["contact_pressure [Pa]"] = _pressure(space, nodes, cells, area, history)
     arc_length = np.repeat(np.concatenate(cells.stations), len(cells.x))
     fields |= {"yarn": cells.yarn, "arc_length [m]": arc_length}
-    write_grid(path, places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
+    return grid(places, cells.cells, fields, {"yarn": cells.yarn[cells.cells[:, 0]]})
 
 
 def _fields(
@@ -201,7 +220,7 @@ def _fields(
             places = (place.reshape(-1, 3) for place in parts_of_yarn[:2])
             parts.append((*places, von_mises(stress), principal_axes(stress)[0], area))
     place, displacement, mises, principal, area = (np.concatenate(part) for part in zip(*parts, strict=True))
-    fields = {"displacement [m]": displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
+    fields = {SHIFTED: displacement, "von_mises [Pa]": mises, "principal_stress [Pa]": principal}
     return place, fields, area
 
 
@@ -219,35 +238,31 @@ def _pressure(
     angles = np.unwrap(np.arctan2(*cells.x[cells.rim].T[::-1]))
     angle = angles[0] + np.mod(np.arctan2(x[:, 1], x[:, 0]) - angles[0], 2 * np.pi)
     width = 0.5 * (np.roll(angles, -1) - np.roll(angles, 1)) % np.pi
-    closed, count = np.append(angles, angles[0] + 2 * np.pi), len(angles)
+    closed = np.append(angles, angles[0] + 2 * np.pi)
     pressures = np.zeros(len(cells.yarn))
     for number in np.unique(yarn):
         here = yarn == number
         stations, surface = cells.stations[number], cells.surface(number)
-        row = np.interp(s[here], stations, np.arange(stations.size))
-        column = np.interp(angle[here], closed, np.arange(count + 1))
-        total = np.zeros(surface.shape)
-        first = np.minimum(np.floor(row).astype(int), len(stations) - 2), np.floor(column).astype(int)
-        for i, j in product((0, 1), repeat=2):
-            at = first[0] + i, first[1] + j
-            weight = (1 - np.abs(row - at[0])) * (1 - np.abs(column - at[1]))
-            np.add.at(total, (at[0], at[1] % count), weight * (pressure * share)[here])
+        rows, columns = _hats(stations, s[here]), _hats(closed, angle[here]).toarray()
+        columns[:, 0] += columns[:, -1]
+        total = rows.T @ ((pressure * share)[here, None] * columns[:, :-1])
         length = np.gradient(stations)
         length[[0, -1]] *= 0.5
         pressures[surface] = total / (area.take(surface) * length[:, None] * width)
     return pressures
 
 
-# Time series: yarns as lines, crossings with their forces, points in contact, and solids at full load. Points are
-# undeformed and carry ``displacement [m]``, for the filter Warp By Vector.
+def _hats(nodes: Floats, x: Floats) -> Any:
+    """Return the sparse matrix (k, n) that interpolates linearly between nodes (n,) to x (k,)."""
+    knots = np.concatenate([nodes[:1], nodes, nodes[-1:]])
+    return BSpline.design_matrix(np.clip(x, nodes[0], nodes[-1]), knots, 1)
 
-SHIFTED = "displacement [m]"
+
+# Time series: yarns as lines, crossings with their forces, points in contact, and solids at full load. Points are
+# undeformed and carry `SHIFTED`, for the filter Warp By Vector.
 
 NO_FIELDS = ("increment", "position", "reference", "cell", "displacement", "tied")
 """Variables of points in contact, ``contact_...``, and crossings, ``crossing_...``, that are no fields."""
-
-# Name, points (P, 3), cells (C, 1 or 2), fields (P, ...)
-Part = tuple[str, Floats, Ints, dict[str, NDArray[Any]]]
 
 
 def write_series(
@@ -259,32 +274,25 @@ def write_series(
     history holds the displacement of their nodes: with output ``fields``, at the last increment.
     Raises DataFileError if a file cannot be written.
     """
-    path, fabric = Path(path), fabric_of(geometry)
-    folder, last = path.with_suffix(""), history.sizes["increment"] - 1
-    times, name = times_of(history)
+    path, crossings = Path(path), fabric_of(geometry).crossings.point.mean(axis=1)
+    folder, (times, meaning) = path.with_suffix(""), times_of(history)
     entries = []
     for number, time in enumerate(times.tolist()):
-        for part, points, cells, fields in (
-            _yarns(scene, history, number),
-            *_points(fabric, history, number),
-        ):
-            target = folder / f"{part}-{number:04}.vtu"
-            write_grid(target, points, cells, fields)
-            entries.append((time, part, f"{path.stem}/{target.name}"))
-        if (
-            number == last
-            and (mesh is not None or isinstance(scene, SplineScene))
-            and "node_displacement" in history
-        ):
-            write_deformed(scene, path.with_suffix(".vtu"), geometry, mesh, history)
-            entries.append((time, "solids", f"{path.stem}.vtu"))
+        now = _yarns(history, scene.yarn.radius, number), *_points(crossings, history, number)
+        for part, points, cells, fields in now:
+            file = f"{path.stem}/{part}-{number:04}.vtu"
+            _write(grid(points, cells, fields), path.parent / file)
+            entries.append((time, part, file))
+    if "node_displacement" in history and (mesh is not None or isinstance(scene, SplineScene)):
+        _write(solids(scene, geometry, mesh, history), path.with_suffix(".vtu"))
+        entries.append((float(times[-1]), "solids", f"{path.stem}.vtu"))
     order = {part: number for number, part in enumerate(dict.fromkeys(part for _, part, _ in entries))}
     lines = [
         f'    <DataSet timestep="{time!r}" part="{order[part]}" name="{part}" file={quoteattr(file)}/>'
         for time, part, file in entries
     ]
     head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
-    comment = f"  <!-- {scene.name.replace('--', '- ')}; timestep: {name} -->"
+    comment = f"  <!-- {scene.name.replace('--', '- ')}; timestep: {meaning} -->"
     write_text(
         "\n".join([head, comment, "  <Collection>", *lines, "  </Collection>", "</VTKFile>", ""]), path
     )
@@ -299,8 +307,12 @@ def times_of(history: xr.Dataset) -> tuple[np.ndarray, str]:
     return (strain, "strain [1]") if rises else (history["load"].to_numpy(), "load factor [1]")
 
 
-def _yarns(scene: Scene, history: xr.Dataset, number: int) -> Part:
-    """Return the yarns at an increment, as lines from station to station."""
+# Name, points (P, 3), cells (C, 1 or 2), fields (P, ...)
+Part = tuple[str, Floats, Ints, Fields]
+
+
+def _yarns(history: xr.Dataset, radius: float, number: int) -> Part:
+    """Return yarns of a radius [m] at an increment, as lines from station to station."""
     yarn, arc_length = (history[name].to_numpy() for name in ("yarn", "arc_length"))
     order = np.lexsort((arc_length, yarn))
     first = np.flatnonzero(yarn[order][1:] == yarn[order][:-1])
@@ -308,36 +320,30 @@ def _yarns(scene: Scene, history: xr.Dataset, number: int) -> Part:
         SHIFTED: history["centreline_displacement"].to_numpy()[number],
         "yarn": yarn,
         "arc_length [m]": arc_length,
-        "radius [m]": np.full(len(yarn), scene.yarn.radius),
+        "radius [m]": np.full(len(yarn), radius),
     }
     cells = np.column_stack([order[first], order[first + 1]])
     return "yarns", history["centreline"].to_numpy(), cells, fields
 
 
-def _points(fabric: Fabric, history: xr.Dataset, number: int) -> Iterator[Part]:
-    """Yield crossings and points in contact at an increment, where the history has them."""
-    place = fabric.crossings.point.mean(axis=1)
-    if "crossing_force" in history and history.sizes["crossing"] == len(place):
+def _points(crossings: Floats, history: xr.Dataset, number: int) -> Iterator[Part]:
+    """Yield crossings at places (c, 3) and points in contact at an increment, where the history has them."""
+    if "crossing_force" in history and history.sizes["crossing"] == len(crossings):
         now = history.isel(increment=number)
         moved = now["crossing_displacement"].to_numpy().mean(axis=1)
-        yield (
-            "crossings",
-            place,
-            np.arange(len(place))[:, None],
-            {SHIFTED: moved} | _point_fields(now, "crossing"),
-        )
+        yield _vertices("crossings", "crossing", crossings, moved, now)
     if "contact_position" in history:
         now = history.isel(point=history["contact_increment"].to_numpy() == number)
-        rest = now["contact_reference"].to_numpy()
-        moved = now["contact_position"].to_numpy() - rest
-        yield "contact", rest, np.arange(len(rest))[:, None], {SHIFTED: moved} | _point_fields(now, "contact")
+        place = now["contact_reference"].to_numpy()
+        yield _vertices("contact", "contact", place, now["contact_position"].to_numpy() - place, now)
 
 
-def _point_fields(now: xr.Dataset, kind: str) -> dict[str, np.ndarray]:
-    """Return the fields of crossings or points at an increment, with units in their names."""
-    names = {name: str(name).removeprefix(f"{kind}_") for name in now.data_vars}
-    return {
-        f"{short} [{now[name].attrs.get('units', '1')}]".removesuffix(" [1]"): now[name].to_numpy()
-        for name, short in names.items()
-        if short != name and short not in NO_FIELDS
-    }
+def _vertices(part: str, kind: str, place: Floats, moved: Floats, now: xr.Dataset) -> Part:
+    """Return places (k, 3) that moved (k, 3) [m] with the variables ``kind_...``, with units in their names."""
+    fields = {SHIFTED: moved}
+    for name in map(str, now.data_vars):
+        short = name.removeprefix(f"{kind}_")
+        if short != name and short not in NO_FIELDS:
+            unit = now[name].attrs.get("units", "1")
+            fields[f"{short} [{unit}]".removesuffix(" [1]")] = now[name].to_numpy()
+    return part, place, np.arange(len(place))[:, None], fields

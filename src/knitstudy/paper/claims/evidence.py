@@ -27,7 +27,6 @@ from knitstudy.measures.reference import (
 from knitstudy.paper.cases import MODELS, Case, cases_of, number
 from knitstudy.paper.claims import (
     CLAIMS,
-    DECIDED,
     NOT_RUN,
     REPRODUCED,
     UNDECIDABLE,
@@ -37,7 +36,8 @@ from knitstudy.paper.claims import (
     worst,
 )
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
-from knitstudy.run.catalogue import CASES, OTHER_SOLIDS, SOLIDS, Datasets, Scenes, of_cases, one, several
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.run.catalogue import Datasets, Scenes, one, several
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
@@ -176,9 +176,6 @@ class Judgement:
     note: str = ""
     scenes: tuple[str, ...] = ()  # that must reach the paper's strain
     verdict: str = ""
-    uncertainty: str = ""
-    depends_on: str = ""  # Readings and inputs under which the claim is decided otherwise
-    under: str = ""  # Number of readings with the same grade
 
     def __post_init__(self) -> None:
         if not self.verdict:
@@ -186,8 +183,12 @@ class Judgement:
 
     def noted(self, note: str, verdict: str = "") -> Judgement:
         """Return the judgement with a further remark, and another verdict."""
-        notes = "; ".join(filter(None, [self.note, note]))
-        return replace(self, note=notes, verdict=verdict or self.verdict)
+        return replace(self, note=joined(self.note, note), verdict=verdict or self.verdict)
+
+
+def joined(*notes: str) -> str:
+    """Return notes as one."""
+    return "; ".join(filter(None, notes))
 
 
 def judge(claim: str, evidence: Evidence) -> Judgement:
@@ -216,25 +217,3 @@ def judge(claim: str, evidence: Evidence) -> Judgement:
     if reached < 0.999 * wanted:
         judged = judged.noted(f"pulled to {reached:.2%}, the paper to {wanted:.0%}", verdict=NOT_RUN)
     return judged.noted(f"DNS of {made_of(evidence.rows[remark.scenes[0]].scene)}")
-
-
-# Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
-BY_OTHERS = "by other discretisations"
-
-
-def decide(claim: str, evidence: Evidence, uncertainty: str) -> Judgement:
-    """Judge a claim with the uncertainty of its rule; other discretisations have to agree if that is `BY_OTHERS`."""
-    judged = judge(claim, evidence)
-    if judged.verdict not in DECIDED:
-        return judged
-    if uncertainty != BY_OTHERS:
-        return replace(judged, uncertainty=uncertainty)
-    others = {made: judge(claim, other) for made, other in evidence.again.items()}
-    others = {made: other for made, other in others.items() if other.verdict != NOT_RUN}
-    if not others:
-        return replace(judged, uncertainty="not known: one discretisation alone")
-    text = "; ".join(f"{made}: {other.verdict}, {other.rows[0].ours}" for made, other in others.items())
-    judged = replace(judged, uncertainty=text)
-    if all(other.verdict == judged.verdict for other in others.values()):
-        return judged
-    return judged.noted("missing is agreement of the discretisations", verdict=UNDECIDABLE)

@@ -22,9 +22,9 @@ from knitstudy.measures.centre_cell import (
     honeycomb_segments,
     loop_of,
 )
-from knitstudy.measures.cost import memory_growth, series_of
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS, made_of
+from knitstudy.measures.response import memory_growth
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
@@ -41,8 +41,8 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF
-from knitstudy.paper.sweeps import DIAMETER, HELD, SIZES, SPACING, Sweep, counted_solids, sweeps_of
-from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, of_case
+from knitstudy.paper.square_knits import SIZES, counted_solids, series_of
+from knitstudy.paper.sweeps import DIAMETER, HELD, SPACING, Sweep, sweeps_of
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
@@ -88,7 +88,7 @@ def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
     rows = (evidence.base or evidence).rows
     if PAPERS_MESH not in rows:
         raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene, evidence.paper)[0].unknowns
+    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene.value("mesh"), evidence.paper)[0].unknowns
     three = evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
     thirty = evidence.printed("fig12a", "c30w30 tie", "degrees of freedom")
     name = "degrees of freedom, {0} x {0} cells"
@@ -102,20 +102,17 @@ def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
 @CLAIMS.add("S2")
 def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that memory of knits in contact grows from 3 x 3 to 30 x 30 cells as in Table 3."""
-    series = next(
-        (
-            series
-            for series in series_of(
-                row.scene for row in evidence.rows.values() if "simulation" in row.results
-            )
-            if series.model.startswith(HEXAHEDRA["one_point"]) and series.scenes[0].interaction == "isotropic"
-        ),
-        None,
-    )
-    if series is None:
-        friction = INTERACTIONS["isotropic"]
+    friction = INTERACTIONS["isotropic"]
+    simulated = (row for row in evidence.rows.values() if "simulation" in row.results)
+    of_hexahedra = [
+        series
+        for series in series_of(simulated)
+        if series.model.startswith(HEXAHEDRA["one_point"]) and series.interaction == friction
+    ]
+    if not of_hexahedra:
         raise NotRun(f"the study has no square knits of hexahedra of rising size with {friction}")
-    exponent = series.growth([memory_growth(evidence.rows[scene.name].history) for scene in series.scenes])
+    series = of_hexahedra[0]
+    exponent = series.growth([memory_growth(row.history) for row in series.rows])
     printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in SIZES]
     # 95 % by Student's t: memory scatters from run to run, and few sizes are fitted
     interval = replace(exponent, uncertainty=float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty)
@@ -193,27 +190,22 @@ class Stressed:
 
     def __init__(self, evidence: Evidence) -> None:
         self.evidence, self.knit = evidence, evidence.fabric
-        self.names = {
-            way: [
-                name
-                for name in dict.fromkeys(of_case(f"isotropic-{way}", (*SOLIDS, *OTHER_SOLIDS)))
-                if evidence.has(name, "stress")
-            ]
-            for way in ("course", "wale")
+        self.rows = {
+            case.direction: [row for row in (case.dns, *case.others) if "stress" in row.results]
+            for case in evidence.cases
+            if case.interaction == "isotropic"
         }
-        if not all(self.names.values()):
+        if len(self.rows) < 2 or not all(self.rows.values()):
             raise NotRun("the study has no stresses with isotropic friction in course and in wale tension")
 
     def datasets(self, way: str) -> list[xr.Dataset]:
         """Return the stresses in a tension."""
-        return [self.evidence.rows[name].results["stress"] for name in self.names[way]]
+        return [row.results["stress"] for row in self.rows[way]]
 
     @cached_property
     def angles(self) -> dict[str, dict[str, Estimate]]:
         """Angle to x of the maximum principal stress by tension and kind of segment [deg]."""
-        return {
-            way: {kind: angle_to_x(self.datasets(way), kind) for kind in self.drawn} for way in self.names
-        }
+        return {way: {kind: angle_to_x(self.datasets(way), kind) for kind in self.drawn} for way in self.rows}
 
     @cached_property
     def drawn(self) -> dict[str, float]:
@@ -228,10 +220,9 @@ class Stressed:
 
     def remark(self, note: str = "") -> Remark:
         """Return a note with the origins of the uncertainty, and the scenes."""
-        rows = self.evidence.rows
-        others = {made_of(rows[name].scene) for names in self.names.values() for name in names[1:]}
+        others = {made_of(row.scene) for rows in self.rows.values() for row in rows[1:]}
         beside = f", {', '.join(sorted(others))} beside it" if others else ""
-        scenes = tuple(name for names in self.names.values() for name in names)
+        scenes = tuple(row.scene.name for rows in self.rows.values() for row in rows)
         return Remark(f"{note}uncertainty by equivalent segments{beside}", scenes)
 
 
@@ -239,7 +230,7 @@ class Stressed:
 def directions(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the maximum principal stress of legs turns from the yarn to the load, as far as in Table 4."""
     stressed, shown = Stressed(evidence), []
-    for way in stressed.names:
+    for way in stressed.rows:
         towards = -1 if way == "course" else 1
         turns, theirs = [], []
         for kind in LEGS:
@@ -271,7 +262,7 @@ def _turn(angle: Estimate, line: float, towards: int) -> Estimate:
 def compressed(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the honeycomb by principal stress is compressed along wales in course tension, stretched in wale."""
     stressed = Stressed(evidence)
-    for way in stressed.names:
+    for way in stressed.rows:
         ratio, angles = height_ratio(stressed.knit, stressed.datasets(way)), stressed.printed(way)
         # By the angles of Table 4, through the same formula
         printed = _height(stressed.knit, [angles[1:3].mean(), angles[3:5].mean()])
@@ -307,7 +298,7 @@ def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
     ]
     lines = angles_by_geometry(evidence.paper)[:, 0]
     near, shown = [], []
-    for way in stressed.names:
+    for way in stressed.rows:
         for kind, line in drawn.items():
             apart = _apart(angles[way][kind], line)
             number = SEGMENT[kind]

@@ -10,11 +10,10 @@ import numpy as np
 
 from knitstudy.knit.yarns.joints import springs
 from knitstudy.measures import response
-from knitstudy.measures.cost import memory_growth
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of, transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.cases import REPORTED, Case, amplitude, is_plain, label_of
+from knitstudy.paper.cases import REPORTED, Case, label_of, plain
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -30,7 +29,7 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF, MEMORY, U_Z, Simulation
-from knitstudy.run.catalogue import CASES
+from knitstudy.paper.scene_names import CASES
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
@@ -44,16 +43,16 @@ def forces(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the force of the 3D model is much closer to the reference than that of the 2D model, in all cases."""
 
     def judge(case: Case) -> Iterator[Row]:
-        near, far = (case.main[name].history for name in ("rom3d", "rom2d"))
-        distance = case.reference.force_distance
-        ratio = distance(near).value / distance(far).value
+        near, far = (case.main[name] for name in ("rom3d", "rom2d"))
+        ratio = case.distance(near).value / case.distance(far).value
         margin = 1 / (MUCH * ratio) if ratio > 0 else np.inf
-        closer, much = (case.reference.nearer(near, far, share) for share in (1.0, 1 / MUCH))
+        histories = near.history, far.history
+        closer, much = (case.reference.nearer(*histories, share) for share in (1.0, 1 / MUCH))
         yield holds("distance, 3D over 2D ROM", f"{ratio:.2f}", "much closer", closer, much, margin)
-        yield Row("3D ROM", f"{distance(near)}")
-        yield Row("2D ROM", f"{distance(far)}")
+        yield Row("3D ROM", f"{case.distance(near)}")
+        yield Row("2D ROM", f"{case.distance(far)}")
         for direct in (case.dns, *case.others):
-            yield Row(f"DNS of {made_of(direct.scene)}", f"{distance(direct.history)}")
+            yield Row(f"DNS of {made_of(direct.scene)}", f"{case.distance(direct)}")
 
     yield from _in_cases(evidence, judge, f"much closer: {1 / MUCH:g} times the distance or less")
 
@@ -64,8 +63,9 @@ def agreement(evidence: Evidence, word: str, bar: float) -> Iterator[Row | Remar
     """Yield that the force of the 3D model is comparable (R8) to the reference, or in good agreement (R7)."""
 
     def judge(case: Case) -> Iterator[Row]:
-        distance = case.reference.force_distance(case.main["rom3d"].history)
-        yield at_most("distance of the 3D ROM", distance, word, bar, sense=COMPARABLE - 1)
+        yield at_most(
+            "distance of the 3D ROM", case.distance(case.main["rom3d"]), word, bar, sense=COMPARABLE - 1
+        )
 
     yield from _in_cases(evidence, judge, f"{word}: a relative distance of F(strain) of at most {bar:g}")
 
@@ -75,11 +75,11 @@ def out_of_plane(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that in course tension the 3D model's u_z has the reference's size and the DNS's shape; 2D has none."""
 
     def judge(case: Case) -> Iterator[Row]:
-        shape = response.out_of_plane_correlation(case.main["rom3d"].history, case.dns.history)
+        spatial, planar = case.main["rom3d"], case.main["rom2d"].history
+        shape = case.shape(spatial)
         yield at_least("correlation of u_z", shape, "captured", SAME_SHAPE, sense=0.0, text=f"{shape:.2f}")
-        size, name = amplitude(case.main["rom3d"], case), "amplitude of u_z over the reference's"
+        size, name = case.amplitude(spatial), "amplitude of u_z over the reference's"
         yield comparable(name, size, 1.0, f"{size}", "captured", direction=size.above(0.0))
-        planar = case.main["rom2d"].history
         flat = case.reference.ratio(planar, response.LARGEST_U_Z, response.out_of_plane(planar))
         yield at_most("largest |u_z| over the reference's, 2D ROM", flat, "none", NONE_AT_ALL)
 
@@ -270,7 +270,7 @@ def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
 def _savings(direct: Simulation, case: Case) -> tuple[float, float, float]:
     """Return the ratios `SAVINGS` of a direct simulation to the 3D model: unknowns, memory, processor time."""
     dns, rom = (model.history.attrs for model in (direct, case.main["rom3d"]))
-    memory = dns["memory_growth"] / memory_growth(case.main["rom3d"].history)
+    memory = dns["memory_growth"] / response.memory_growth(case.main["rom3d"].history)
     return dns["dof"] / rom["dof"], memory, dns["processor_seconds"] / rom["processor_seconds"]
 
 
@@ -279,10 +279,9 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     lacking = "the study has no beams in contact beside solids in course tension"
     case = _case(lacking, evidence, "isotropic")
-    plain = [model for model in case.beams if is_plain(model.scene)]
-    if not plain:
+    if not (simplest := plain(case.beams)):
         raise NotRun(lacking)
-    beams, ties = plain[0], plain[0].scene.value("contact.tied_edges")
+    beams, ties = simplest[0], simplest[0].scene.value("contact.tied_edges")
     known, alike = case.reference, case.beams
     same = ties == case.dns.scene.value("contact.tied_edges")
     if same:

@@ -12,18 +12,21 @@ stays open.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from itertools import combinations, product
+from math import nan
 from typing import Any
 
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED
-from knitstudy.paper.claims.evidence import Evidence, Judgement, decide, evidence_of, judge
-from knitstudy.run.catalogue import CASES, SOLIDS, of_cases
+from knitstudy.measures.reference import INTERACTIONS
+from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
+from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
+from knitstudy.paper.columns import FORCE, U_Z
+from knitstudy.paper.scene_names import CASES, SOLIDS, of_cases
 
 READING, INPUT = "reading", "input"  # Kinds of readings
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
@@ -82,57 +85,145 @@ def readings_of(table: pd.DataFrame) -> list[Reading]:
     return [Reading(), *(Reading(*row) for row in table[names].fillna("").itertuples(index=False))]
 
 
+# ---- Findings: every claim judged under every reading, once
+
+BASE = Reading().name
+OF_DIRECT = (FORCE, U_Z)  # Shown of the direct simulations of a reading
+VALUES = "values"  # In the column of claims: rows hold these quantities and are no claim
+BETWEEN = " | "  # the cells of a row
+
+
+def findings(evidence: Evidence, readings: pd.DataFrame) -> pd.DataFrame:
+    """Return one row a claim under the base, whose evidence it is, and every reading of a table.
+
+    A reading without reference values is judged by its own histories (`Evidence.reference_for`); one of which the study
+    has no scenes has no rows. The base is judged by each of its discretisations; the deciding one has no name.
+    `touched` says whether the reading judges the claim by other numbers than the base. `measured` holds the rows of the
+    claim, one a line: quantity, value of this study, value of the paper, grade.
+    """
+    judged_by = [(BASE, "", evidence), *((BASE, made, other) for made, other in evidence.again.items())]
+    for reading in readings_of(readings)[1:]:
+        if own := reading.evidence(evidence):
+            judged_by.append((reading.name, "", own))
+    rows: list[dict[str, Any]] = []
+    usual: dict[str, Judgement] = {}
+    for name, made, each in judged_by:
+        head = {"reading": name, "discretisation": made}
+        for claim in CLAIMS.names():
+            judged = judge(claim, each)
+            row = {
+                "claim": claim,
+                "verdict": judged.verdict,
+                "touched": judged != usual.setdefault(claim, judged),
+                "margin": "" if judged.verdict == NOT_RUN else margin_of(judged.rows),
+                "note": judged.note,
+                "measured": _lines((row.quantity, row.ours, row.paper, row.grade) for row in judged.rows),
+            }
+            rows.append(head | row)
+        rows.append(head | {"claim": VALUES, "touched": False, "measured": _lines(_values(each))})
+    return pd.DataFrame(rows)
+
+
+def _values(evidence: Evidence) -> Iterator[tuple[str, str]]:
+    """Yield the quantities `OF_DIRECT` of the direct simulations, by column."""
+    for column, kind in product(OF_DIRECT, INTERACTIONS):
+        value = evidence.row(kind)[column] if kind in evidence.direct else nan
+        yield f"{column.name}, {INTERACTIONS[kind]} [{column.unit}]", str(value)
+
+
+def _lines(rows: Iterable[tuple[str, ...]]) -> str:
+    return "\n".join(map(BETWEEN.join, rows))
+
+
+def cells_of(measured: str) -> list[list[str]]:
+    """Return quantity, value of this study, value of the paper and grade of every row of a claim."""
+    return [line.rsplit(BETWEEN, 3) for line in measured.splitlines()]
+
+
 @dataclass(frozen=True)
 class Finding:
-    """Judgements under one reading by claim, and the evidence.
+    """Verdicts under one reading by claim, with the claims that it touches, and whether the study has scenes of it.
 
-    `touched` are the claims that the reading judges by other numbers than the base, `turned` the touched claims that it
-    decides otherwise.
+    `turned` are the touched claims that it decides otherwise than the base.
     """
 
     reading: Reading
-    evidence: Evidence | None
-    judged: Mapping[str, Judgement]
+    verdicts: Mapping[str, str]
     touched: frozenset[str] = frozenset()
     turned: tuple[str, ...] = ()
+    values: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def known(self) -> bool:
+        """Whether the study has scenes of the reading."""
+        return bool(self.values)
 
 
-def findings(table: pd.DataFrame, **sources: Any) -> list[Finding]:
-    """Return the findings under the base and every reading of a table, from sources of displays (`SOURCES`).
-
-    A reading without reference values is judged by its own histories (`Evidence.reference_for`).
-    """
-    evidence, (base, *others) = evidence_of(**sources).named(), readings_of(table)
-    usual = {claim: judge(claim, evidence) for claim in CLAIMS.names()}
-    under_readings = [Finding(base, evidence, usual)]
-    for reading in others:
-        if (own := reading.evidence(evidence)) is None:
-            none = Judgement((), f"the study has no scenes of {reading.name!r}", verdict=NOT_RUN)
-            under_readings.append(Finding(reading, None, dict.fromkeys(usual, none), frozenset(usual)))
+def under_readings(findings: pd.DataFrame, readings: pd.DataFrame) -> list[Finding]:
+    """Return the findings under the base, which comes first, and every reading of a table."""
+    deciding = findings[findings["discretisation"].isin(["", nan])]  # nan: read from a file
+    by_reading = {name: rows.set_index("claim") for name, rows in deciding.groupby("reading")}
+    usual = by_reading[BASE]["verdict"].drop(VALUES).to_dict()
+    found = []
+    for reading in readings_of(readings):
+        if reading.name not in by_reading:
+            found.append(Finding(reading, dict.fromkeys(usual, NOT_RUN), frozenset(usual)))
             continue
-        judged = {claim: judge(claim, own) for claim in usual}
-        touched = frozenset(claim for claim in usual if judged[claim] != usual[claim])
-        verdicts = {claim: {usual[claim].verdict, judged[claim].verdict} for claim in usual}
-        turned = tuple(claim for claim, both in verdicts.items() if len(both) == 2 and both <= DECIDED)
-        under_readings.append(Finding(reading, own, judged, touched, turned))
-    return under_readings
+        rows = by_reading[reading.name]
+        verdicts, touched = rows["verdict"].drop(VALUES).to_dict(), rows.index[rows["touched"].astype(bool)]
+        both = {claim: {usual[claim], verdict} for claim, verdict in verdicts.items()}
+        turned = tuple(claim for claim, pair in both.items() if len(pair) == 2 and pair <= DECIDED)
+        lines = (line.rsplit(BETWEEN, 1) for line in rows.loc[VALUES, "measured"].splitlines())
+        values = {name: float(value) for name, value in lines}
+        found.append(Finding(reading, verdicts, frozenset(touched), turned, values))
+    return found
 
 
-def conclude(claim: str, uncertainty: str, under_readings: Sequence[Finding]) -> Judgement:
-    """Return the verdict on a claim under the base, which comes first, and how many readings share the verdict."""
-    first, *others = under_readings
-    assert first.evidence is not None, "the base has evidence"
-    judged = decide(claim, first.evidence, uncertainty)
-    decided = [other for other in others if claim in other.touched and other.judged[claim].verdict in DECIDED]
-    if judged.verdict == NOT_RUN or not decided:
-        return judged
-    alike = sum(other.judged[claim].verdict == judged.verdict for other in decided)
+# Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
+BY_OTHERS = "by other discretisations"
+
+
+def conclude(
+    claim: str, uncertainty: str, findings: pd.DataFrame, under: Sequence[Finding]
+) -> dict[str, str]:
+    """Return the verdict on a claim under the base with the uncertainty of its rule, by column of the table of claims.
+
+    `under` are the findings under the base, which comes first, and all readings.
+    """
+    of_claim = findings[(findings["reading"] == BASE) & (findings["claim"] == claim)]
+    deciding, *others = of_claim.astype(object).fillna("").to_dict("records")
+    quantity, ours, paper, _ = next(iter(cells_of(deciding["measured"])), 4 * [""])
+    row = {name: deciding[name] for name in ("verdict", "margin", "note", "measured")}
+    row |= {"quantity": quantity, "ours": ours, "paper": paper}
+    row |= {"uncertainty": "", "readings": "", "depends on": ""}
+    if row["verdict"] in DECIDED:
+        row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
+    decided = [other for other in under[1:] if claim in other.touched and other.verdicts[claim] in DECIDED]
+    if row["verdict"] == NOT_RUN or not decided:
+        return row
+    alike = sum(other.verdicts[claim] == row["verdict"] for other in decided)
     turned = [other for other in decided if claim in other.turned]
-    return replace(
-        judged,
-        under=f"{alike} of {len(decided)}",
-        depends_on="; ".join(f"{other.reading.reading}: {other.judged[claim].verdict}" for other in turned),
-    )
+    return row | {
+        "readings": f"{alike} of {len(decided)}",
+        "depends on": "; ".join(f"{other.reading.reading}: {other.verdicts[claim]}" for other in turned),
+    }
+
+
+def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str, str]]) -> dict[str, str]:
+    """Return the uncertainty; no verdict where other discretisations have to agree and do not."""
+    if uncertainty != BY_OTHERS:
+        return {"uncertainty": uncertainty}
+    if not others:
+        return {"uncertainty": "not known: one discretisation alone"}
+    texts = [
+        f"{other['discretisation']}: {other['verdict']}, {cells_of(other['measured'])[0][1]}"
+        for other in others
+    ]
+    said = {"uncertainty": "; ".join(texts)}
+    if all(other["verdict"] == row["verdict"] for other in others):
+        return said
+    note = joined(row["note"], "missing is agreement of the discretisations")
+    return said | {"verdict": UNDECIDABLE, "note": note}
 
 
 # ---- Combinations of readings
@@ -158,7 +249,7 @@ def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
     base, *others = findings
     choices: dict[str, list[tuple[Finding, ...]]] = {}
     for finding in others:
-        if finding.reading.kind == READING and finding.evidence is not None:
+        if finding.reading.kind == READING and finding.known:
             choices.setdefault(finding.reading.choice, [()]).append((finding,))
     combined = [_combined(base, sum(chosen, ())) for chosen in product(*choices.values())]
     return sorted(combined, key=lambda combination: (-len(combination.holding), len(combination.findings)))
@@ -166,9 +257,9 @@ def combinations_of(findings: Sequence[Finding]) -> list[Combination]:
 
 def _combined(base: Finding, chosen: tuple[Finding, ...]) -> Combination:
     verdicts = {}
-    for claim, usual in base.judged.items():
-        touching = [finding.judged[claim] for finding in chosen if claim in finding.touched]
-        verdicts[claim] = OPEN if len(touching) > 1 else (touching or [usual])[0].verdict
+    for claim, usual in base.verdicts.items():
+        touching = [finding.verdicts[claim] for finding in chosen if claim in finding.touched]
+        verdicts[claim] = OPEN if len(touching) > 1 else (touching or [usual])[0]
     return Combination(chosen, verdicts)
 
 

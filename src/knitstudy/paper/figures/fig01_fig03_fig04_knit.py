@@ -15,7 +15,8 @@ from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.measures.centre_cell import loop_of
-from knitstudy.run.catalogue import FIGURES, of_solid, solid
+from knitstudy.paper.scene_names import of_solid, solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     FRONT,
     HALO,

@@ -11,7 +11,8 @@ from matplotlib.figure import Figure
 
 from knitstudy.measures.response import out_of_plane
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.paper.scene_names import solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import Place, draw_arrow, write
 from knitstudy.use.style import (
     ACCENT,

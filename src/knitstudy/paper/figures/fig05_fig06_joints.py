@@ -13,7 +13,8 @@ from knitstudy.errors import DataFileError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.yarns.joints import contact_normal_planes, contact_normals, joint_points, spring_axes
-from knitstudy.run.catalogue import FIGURES, network, of_solid
+from knitstudy.paper.scene_names import network, of_solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     Picture,
     Surface,

@@ -16,7 +16,8 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 from knitstudy.measures.response import deformed_centrelines
-from knitstudy.run.catalogue import FIGURES, of_solid
+from knitstudy.paper.scene_names import of_solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     BAR,
     FRONT,

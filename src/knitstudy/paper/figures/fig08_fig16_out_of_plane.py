@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import matplotlib
@@ -14,7 +13,6 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
 
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
@@ -25,7 +23,8 @@ from knitstudy.measures.response import (
     transverse_contraction,
 )
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
-from knitstudy.run.catalogue import FIGURES, Results, network, of_solid, solid
+from knitstudy.paper.scene_names import network, of_solid, solid
+from knitstudy.run.catalogue import FIGURES, Results, Scenes
 from knitstudy.use.solids import (
     BAR,
     FRONT,
@@ -80,7 +79,7 @@ def _results(direction: str) -> dict[str, Results]:
     results=_results("wale"),
 )
 def draw_models(
-    geometry: xr.Dataset, scenes: Mapping[str, Scene], reference: pd.DataFrame, **models: xr.Dataset
+    geometry: xr.Dataset, scenes: Scenes, reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
     """Draw the deformed yarns of both models at full load, displacements true to scale.
 

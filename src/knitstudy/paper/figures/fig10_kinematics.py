@@ -19,7 +19,8 @@ from knitstudy.measures.centre_cell import centre_cell, closest_neighbour, rotat
 from knitstudy.measures.response import deformed_centrelines
 from knitstudy.paper.figures.fig07_contact import deformed_yarns
 from knitstudy.paper.figures.fig08_fig16_out_of_plane import OBLIQUE, draw_forces
-from knitstudy.run.catalogue import FIGURES, of_solid
+from knitstudy.paper.scene_names import of_solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     HALO,
     Picture,

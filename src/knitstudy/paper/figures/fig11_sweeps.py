@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-
 import numpy as np
 import pandas as pd
-import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import INTERACTIONS, SOLID_YARNS
 from knitstudy.paper.columns import rows_of
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Sweep, sweeps_of
-from knitstudy.run.catalogue import FIGURES
+from knitstudy.run.catalogue import FIGURES, Datasets, Scenes
 from knitstudy.use.style import DOUBLE, INK, MILLIMETRE, Style, figure, panel_letter, shared_legend
 
 COLOURS = {"wale_spacing": INK, "length": "#0072B2", "shape": "#D9740B"}  # by the quantity that is held fixed
@@ -29,9 +25,9 @@ CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of 
     results=RESULTS,
 )
 def draw(
-    drawn: Mapping[str, xr.Dataset],
-    sweeps: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
+    drawn: Datasets,
+    sweeps: Datasets,
+    scenes: Scenes,
     reference: pd.DataFrame,
 ) -> Figure:
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""

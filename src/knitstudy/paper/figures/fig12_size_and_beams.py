@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -13,13 +13,13 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import EngFormatter
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import reference_of
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.cases import label_of
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
-from knitstudy.paper.sweeps import NONE, SIZES, counted_models
-from knitstudy.run.catalogue import BEAM_MODELS, FIGURES, of_case, one, several, solid
+from knitstudy.paper.scene_names import BEAM_MODELS, of_case, solid
+from knitstudy.paper.square_knits import NONE, SIZES, counted_models
+from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, one, several
 from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
@@ -42,8 +42,8 @@ ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) 
 )
 def draw(
     dns: xr.Dataset,
-    beams: Mapping[str, xr.Dataset],
-    scenes: Mapping[str, Scene],
+    beams: Datasets,
+    scenes: Scenes,
     reference: pd.DataFrame,
     paper: pd.DataFrame,
     untied: xr.Dataset | None = None,
@@ -74,14 +74,14 @@ def draw(
         panel_letter(axes, "c", "the same without tied rows")
     if geometry is not None:
         axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
-        _draw_size(axes, geometry, scenes["geometry"], paper)
+        _draw_size(axes, geometry, scenes["geometry"].value("mesh"), paper)
     return drawing
 
 
-def _draw_size(axes: Axes, geometry: xr.Dataset, scene: Scene, paper: pd.DataFrame) -> None:
+def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame) -> None:
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
-    for model in counted_models(fabric_of(geometry), scene, paper):
+    for model in counted_models(fabric_of(geometry), mesh, paper):
         ink = MODELS[model.stem.split("-")[0]].colour
         if model.multiplied is NONE:
             lines.append((model.name.removesuffix(", ties"), model.unknowns, ink, "-"))

@@ -15,7 +15,8 @@ from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.paper.scene_names import solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     BAR,
     FRONT,

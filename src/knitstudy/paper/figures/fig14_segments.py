@@ -15,7 +15,8 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.models.rom2d.build import heights_by_stress, zone_places
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
-from knitstudy.run.catalogue import FIGURES, solid
+from knitstudy.paper.scene_names import solid
+from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
     FRONT,
     HALO,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf
 
@@ -13,22 +13,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import INTERACTIONS, Reference
 from knitstudy.paper.cases import cases_of, label_of
 from knitstudy.paper.columns import rows_of
-from knitstudy.run.catalogue import (
-    CASES,
-    FIGURES,
-    OTHER_SOLIDS,
-    REDUCED,
-    SOLIDS,
-    network,
-    of_case,
-    several,
-    solid,
-)
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, REDUCED, SOLIDS, network, of_case, solid
+from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, several
 from knitstudy.use.style import (
     DIRECT,
     DOUBLE,
@@ -73,9 +63,7 @@ WAYS: dict[str, Style] = {
     results=RESULTS,
     order=1,
 )
-def draw(
-    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame, **first: xr.Dataset
-) -> Figure:
+def draw(every: Datasets, scenes: Scenes, reference: pd.DataFrame, **first: xr.Dataset) -> Figure:
     """Draw a panel for each case that has all three models.
 
     The models of the first case are asked for by themselves: a study without them has no such figure.
@@ -101,9 +89,7 @@ def draw(
     results=RESULTS,
     order=1.5,
 )
-def draw_variants(
-    every: Mapping[str, xr.Dataset], scenes: Mapping[str, Scene], reference: pd.DataFrame, **first: xr.Dataset
-) -> Figure:
+def draw_variants(every: Datasets, scenes: Scenes, reference: pd.DataFrame, **first: xr.Dataset) -> Figure:
     """Draw forces at full strain over the reference's: a panel for each interaction, a line for each model."""
     cases = [case for case in cases_of(rows_of(scenes, every), reference) if len(case.main) == 2]
     others = [
@@ -121,7 +107,7 @@ def draw_variants(
     for axes in places[1:]:
         axes.sharex(places[0])
     for case, model in others:
-        ratio = case.reference.force_ratio(model.history)
+        ratio = case.ratio(model)
         if not ratio.known:
             ratio = Estimate(float(model.history["force"][-1] / case.dns.history["force"][-1]), 0.0)
         look = WAYS[case.direction] | {"label": f"{case.direction} tension", "xerr": ratio.uncertainty}

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import product
 
-import xarray as xr
 from matplotlib.figure import Figure
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
@@ -69,7 +67,7 @@ STUDIED = "stitches-"  # before the name of the knit
     "Knits of several stitches from the front and from the back",
     results={"knits": several("geometry", f"{STUDIED}*-course")},
 )
-def draw_stitches(knits: Mapping[str, xr.Dataset]) -> Figure:
+def draw_stitches(knits: Datasets) -> Figure:
     """Draw the front of every knit above its back."""
     loops = [loop for dataset in knits.values() if (loop := fabric_of(dataset).loop)]
     pictures: list[list[Picture]] = []

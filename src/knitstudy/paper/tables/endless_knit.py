@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.reference import made_of
 from knitstudy.mechanics.arrays import Floats
-from knitstudy.paper.columns import cells_of
+from knitstudy.paper.columns import Simulation, cells_of, rows_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
-from knitstudy.use.inp import SHELL_ENTRIES, section_matrix, shell_entries
+from knitstudy.use.decks.fabric import SHELL_ENTRIES, section_matrix, shell_entries
 
 # Force per width over strain, free of force in all other components, and Poisson's ratios of both pulls.
 MODULI = (
@@ -35,10 +34,11 @@ CELLS = {"cells": several("simulation", "cell-*")}
 @TABLES.add("cell", "Forces per width of an endless knit", results=CELLS, order=5.8)
 def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every cell: forces per width at full load, and moduli at rest."""
-    return pd.DataFrame([_cell(scenes[name], history) for name, history in cells.items()])
+    return pd.DataFrame(map(_cell, rows_of(scenes, cells).values()))
 
 
-def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
+def _cell(row: Simulation) -> dict[str, Any]:
+    scene, history = row.scene, row.history
     kind, free = scene.value("load.deformation"), scene.value("load.lateral") == "free"
     strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
     axis, pulled = AXIS[kind], free and kind in ("course", "wale")
@@ -50,7 +50,7 @@ def _cell(scene: Scene, history: xr.Dataset) -> dict[str, Any]:
         "deformation": kind,
         "other strains": scene.load.lateral,
         "interaction": scene.interaction,
-        "cells": cells_of(scene),
+        "cells": cells_of(scene.value("pattern")),
         "yarns": made_of(scene),
         **dict(zip(STRAINS, strain, strict=True)),
         **dict(zip(FORCES, force, strict=True)),
@@ -98,7 +98,11 @@ def tabulate_shells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
         matrix = section_matrix(cells[name])
         scale = np.sqrt(np.diag(matrix))
         least, *_, most = np.linalg.eigvalsh(matrix / np.outer(scale, scale))
-        row = {"scene": name, "cells": cells_of(scenes[name]), "yarns": made_of(scenes[name])}
+        row = {
+            "scene": name,
+            "cells": cells_of(scenes[name].value("pattern")),
+            "yarns": made_of(scenes[name]),
+        }
         for entry, value in zip(SHELL_ENTRIES, shell_entries(matrix), strict=True):
             row[f"{entry} [{UNITS[sum(int(index) > 3 for index in entry[1:])]}]"] = value
         rows.append(row | {"least eigenvalue over largest, diagonal scaled to 1 [1]": float(least / most)})

@@ -10,17 +10,16 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.measures import response
 from knitstudy.measures.centre_cell import crossing_error
-from knitstudy.measures.cost import effort, element_length
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS, is_direct, made_of
-from knitstudy.measures.response import allowed_penetration, hourglass_share, ledger_gap, penetration
-from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, is_plain
+from knitstudy.measures.reference import INTERACTIONS, made_of
+from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, plain
 from knitstudy.paper.columns import (
     CONTRACTION,
     DOF,
+    EFFORT,
     FORCE,
     INCREMENTS,
     KRYLOV,
@@ -34,29 +33,31 @@ from knitstudy.paper.columns import (
     U_Z,
     Column,
     Simulation,
+    beam_length,
     cells_of,
     key,
     rows_of,
     tabulated,
 )
+from knitstudy.paper.scene_names import solid
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, sweeps_of
-from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 # ---- Every simulation of a knit
 
 
-def _springs(scene: Scene) -> tuple[str | None, str | None]:
-    """Return where the stiffness of springs and their contacts are from; None of models without springs."""
-    if given := scene.value("rom.stiffness"):
+def _springs(rom: Any) -> tuple[str | None, str | None]:
+    """Return where the stiffness of springs of a section ``rom`` is from, and their contacts; None without springs."""
+    if given := getattr(rom, "stiffness", None):
         return f"{' '.join(f'{stiffness:g}' for stiffness in given)} N/m", None
-    if scene.value("rom.axes") is None:
+    if getattr(rom, "axes", None) is None:
         return None, None
-    return "averaged", scene.value("rom.springs_from") or scene.value("rom.contacts_from")
+    return "averaged", rom.springs_from or rom.contacts_from
 
 
 def _element(row: Simulation) -> float:
     sizes = (row.scene.metres(path) for path in ("mesh.size", "mesh.beam_size"))
-    return next(filter(None, sizes), None) or element_length(row.history)
+    return next(filter(None, sizes), None) or beam_length(row.history)
 
 
 def _force_at(strain: float) -> Column:
@@ -97,7 +98,7 @@ def _energy_per_area(name: str, *forms: str) -> Column:
 
 RESPONSES = (
     SCENE,
-    Column("specimen", "", lambda scene: f"{cells_of(scene)} knit", of="scene"),
+    Column("specimen", "", lambda scene: f"{cells_of(scene.value('pattern'))} knit", of="scene"),
     key("fidelity", "", "fidelity"),
     key("interaction", "", "interaction"),
     key("direction", "", "load.direction"),
@@ -108,8 +109,8 @@ RESPONSES = (
     key("contacts from", "", "rom.contacts_from"),
     key("joint", "", "rom.joint"),
     key("normal", "", "rom.normal"),
-    Column("springs", "", lambda scene: _springs(scene)[0], of="scene"),
-    Column("springs from", "", lambda scene: _springs(scene)[1], of="scene"),
+    Column("springs", "", lambda scene: _springs(scene.value("rom"))[0], of="scene"),
+    Column("springs from", "", lambda scene: _springs(scene.value("rom"))[1], of="scene"),
     key("axes of springs", "", "rom.axes"),
     key("displacement of springs", "", "rom.displacement"),
     key("section law", "", "mesh.section_law"),
@@ -175,58 +176,51 @@ CHECKED = {
 }
 
 
+TIES = (
+    ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
+    ("radius of the ties", "m", "tie_radius"),
+    ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
+    ("tied nodes", "1", "tie_nodes"),
+    ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
+)  # attributes that some histories have
+
+
 def tabulate_checks(dns: xr.Dataset, scenes: Scenes) -> pd.DataFrame:
     """Return one quantity of a direct simulation a row, with its unit and its bar where it has one."""
-    rows = [*_ties(dns), *_solution(dns, scenes["dns"])]
-    if "smallest_gap" in dns:
-        rows += _contact(Simulation(scenes["dns"], {"simulation": dns}))
-    return pd.DataFrame(
-        [(name, unit, float(value), *(bar or [np.nan])) for name, unit, value, *bar in rows],
-        columns=["quantity", "unit", "value", "bar"],
-    )
+    rows = [
+        (name, unit, float(value), *(bar or [np.nan]))
+        for name, unit, value, *bar in _checks(dns, scenes["dns"].solver)
+    ]
+    return pd.DataFrame(rows, columns=["quantity", "unit", "value", "bar"])
 
 
 for order, (name, (title, case)) in enumerate(CHECKED.items(), start=10):
     TABLES.add(name, title, results={"dns": solid("simulation", case)}, order=order)(tabulate_checks)
 
 
-def _ties(dns: xr.Dataset) -> Iterator[tuple[Any, ...]]:
-    """Yield quantity, unit and value."""
-    for name, unit, attribute in (
-        ("tolerance of the ties beyond the clearance", "m", "tie_tolerance"),
-        ("radius of the ties", "m", "tie_radius"),
-        ("least stiffness of a tie", "N/m", "tie_least_stiffness"),
-        ("tied nodes", "1", "tie_nodes"),
-        ("largest adjustment of a tied node", "m", "tie_largest_adjustment"),
-    ):
-        if attribute in dns.attrs:
-            yield name, unit, dns.attrs[attribute]
+def _checks(dns: xr.Dataset, bars: Newton) -> Iterator[tuple[Any, ...]]:
+    """Yield quantity, unit and value, and a bar of some: of the ties, of the solution, of contact."""
+    yield from ((name, unit, dns.attrs[each]) for name, unit, each in TIES if each in dns.attrs)
     yield "tied area of a crossing, smallest", "m2", dns["tied_area"].min()
     yield "tied area of a crossing, largest", "m2", dns["tied_area"].max()
-
-
-def _solution(dns: xr.Dataset, scene: Scene) -> Iterator[tuple[Any, ...]]:
-    """Yield quantity, unit and value, and a bar of some."""
-    bars = scene.solver
     yield "largest residual over mean internal force", "1", dns["residual"].max(), bars.residual_tolerance
     yield "largest last correction over element size", "1", dns["correction"].max(), bars.correction_tolerance
-    yield "Newton iterations", "1", dns["newton_iterations"].sum()
-    yield "Krylov iterations", "1", dns["krylov_iterations"].sum()
+    yield NEWTON.name, NEWTON.unit, NEWTON.function(dns)
+    yield KRYLOV.name, KRYLOV.unit, KRYLOV.function(dns)
     yield "set-ups of the preconditioner", "1", dns.attrs["linear_setups"]
-    yield "largest gap of the energy ledger over external work", "1", ledger_gap(dns), LEDGER
-    yield "largest hourglass over internal energy", "1", hourglass_share(dns), HOURGLASS
-
-
-def _contact(row: Simulation) -> Iterator[tuple[Any, ...]]:
-    dns, energy = row.history, row.history["energy"][-1]
+    yield "largest gap of the energy ledger over external work", "1", response.ledger_gap(dns), LEDGER
+    yield "largest hourglass over internal energy", "1", response.hourglass_share(dns), HOURGLASS
+    if "smallest_gap" not in dns:
+        return
     what = "local indentation" if "indentation_deepest" in dns.attrs else "penetration"
-    yield f"deepest {what}", "m", penetration(dns), allowed_penetration(dns)
+    yield f"deepest {what}", "m", response.penetration(dns), response.allowed_penetration(dns)
     yield "augmentations", "1", dns["augmentations"].sum()
+    energy = dns["energy"][-1]
     friction = energy.sel(form="friction") / energy.sel(form="external")
     yield "friction over external work at full load", "1", friction
-    largest = hourglass_share(dns, "stabilisation")
+    largest = response.hourglass_share(dns, "stabilisation")
     yield "largest stabilisation over internal energy", "1", largest, STABILISATION
-    yield STABILISED.name, STABILISED.unit, row[STABILISED], STABILISATION_AT_END
+    yield STABILISED.name, STABILISED.unit, STABILISED.function(dns), STABILISATION_AT_END
 
 
 # ---- Models and the reference, and interactions
@@ -242,7 +236,7 @@ def tabulate_models(models: Datasets, scenes: Scenes, reference: pd.DataFrame) -
         {
             "model": f"{case.name_of(model)}; {case.label}",
             "scene": model.scene.name,
-            "discretisation": made_of(model.scene) if is_direct(model.scene) else "beams",
+            "discretisation": made_of(model.scene) if model.scene.kind.direct else "beams",
             **comparison(model, case),
         }
         for case in cases_of(rows_of(scenes, models), reference)
@@ -263,8 +257,7 @@ def tabulate_beams(models: Datasets, scenes: Scenes, reference: pd.DataFrame) ->
 
 
 def _rows_of_beams(case: Case) -> Iterator[dict[str, Any]]:
-    plain = [model for model in case.beams if is_plain(model.scene)]
-    base = plain[0][SECANT] if plain else np.nan
+    base = next((model[SECANT] for model in plain(case.beams)), np.nan)
     beside = [case.main["rom3d"]] if "rom3d" in case.main else []
     for model in (case.dns, *beside, *case.beams):
         yield {
@@ -272,7 +265,7 @@ def _rows_of_beams(case: Case) -> Iterator[dict[str, Any]]:
             "scene": model.scene.name,
             **comparison(model, case),
             OVER_FIRST: model[SECANT] / base if model in case.beams else np.nan,
-            **effort(model.history),
+            **model.cells(EFFORT),
         }
 
 
@@ -300,9 +293,8 @@ def tabulate_interactions(geometry: xr.Dataset, **histories: xr.Dataset) -> pd.D
             "stiffness over tie's [1]": stiffness / of_ties,
             "largest |u_z| [m]": u_z,
             "largest |u_z| over diameter [1]": u_z / diameter,
-            CONTRACTION.head: response.transverse_contraction(history),
         }
-        rows.append(row | effort(history))
+        rows.append(row | {column.head: column.function(history) for column in (CONTRACTION, *EFFORT)})
     return pd.DataFrame(rows)
 
 

@@ -135,7 +135,7 @@ def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict[str, A
             yield (
                 {
                     "problem": problem,
-                    "knit": cells_of(scene),
+                    "knit": cells_of(scene.value("pattern")),
                     "interaction": INTERACTIONS[scene.interaction],
                     "direction": scene.value("load.direction"),
                     "strain [1]": strain,

@@ -11,11 +11,12 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.joints import AXES, MAIN, MEASURES, NORMALS, springs
 from knitstudy.measures.response import allowed_penetration, penetration
 from knitstudy.paper.cases import number
-from knitstudy.run.catalogue import OTHER_SOLIDS, SOLIDS, TABLES, Datasets, Scenes, of_cases, several, solid
+from knitstudy.paper.columns import Simulation, rows_of
+from knitstudy.paper.scene_names import OTHER_SOLIDS, SOLIDS, of_cases, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 NOT_STATED, NONE = "not stated", "none"
 # Numbers of Table 1.
@@ -104,13 +105,12 @@ def tabulate_springs(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) ->
     The paper does not say how it averages: its numbers may be the weighted average or the mean. Raises
     DataFileError if all crossings of a simulation are tied.
     """
-    return pd.DataFrame(
-        [row for name, dataset in contacts.items() for row in _rows(scenes[name], dataset, paper)]
-    )
+    simulations = rows_of(scenes, {}, contacts=contacts).values()
+    return pd.DataFrame([row for each in simulations for row in _rows(each, paper)])
 
 
-def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    theirs = _printed(scene, contacts, paper)
+def _rows(simulation: Simulation, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
+    scene, contacts, theirs = simulation.scene, simulation.results["contacts"], _printed(simulation, paper)
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
     for measure, (normal, axes) in product(measures, READINGS):
         measured = springs(contacts, measure, axes, normal)
@@ -137,9 +137,10 @@ def _rows(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> Iterator[d
             }
 
 
-def _printed(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> list[float]:
+def _printed(simulation: Simulation, paper: pd.DataFrame) -> list[float]:
     """Return the springs of Table 2 (3,) [N/m], which are of friction; refuse contacts that are all tied."""
-    if contacts["tied"].all():
+    scene = simulation.scene
+    if simulation.results["contacts"]["tied"].all():
         raise DataFileError(
             f"the contacts of {scene.name!r} are all tied: springs come from a scene of solid yarns with contact"
         )
@@ -152,11 +153,11 @@ def _printed(scene: Scene, contacts: xr.Dataset, paper: pd.DataFrame) -> list[fl
 def tabulate_averages(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one row a simulation and axes: the averaged springs of interfaces and the paper's."""
     rows = []
-    for (name, dataset), axes in product(contacts.items(), ("global", "local")):
-        scene, measured = scenes[name], springs(dataset, "interface", axes, MAIN)
-        averages = {"": measured.averaged.tolist(), ", paper": _printed(scene, dataset, paper)}
+    for simulation, axes in product(rows_of(scenes, {}, contacts=contacts).values(), ("global", "local")):
+        scene, measured = simulation.scene, springs(simulation.results["contacts"], "interface", axes, MAIN)
+        averages = {"": measured.averaged.tolist(), ", paper": _printed(simulation, paper)}
         row = {
-            "scene": name,
+            "scene": scene.name,
             "load": scene.value("load.direction"),
             "interaction": scene.interaction,
             "mesh size [m]": scene.metres("mesh.size"),

@@ -11,9 +11,9 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.cost import MEGABYTE, Series, effort, element_length, memory_growth, series_of
 from knitstudy.measures.estimate import UNKNOWN
 from knitstudy.measures.reference import discretisation
+from knitstudy.measures.response import MEGABYTE
 from knitstudy.paper.cases import (
     MODELS,
     OVER_REFERENCE,
@@ -28,6 +28,8 @@ from knitstudy.paper.cases import (
 )
 from knitstudy.paper.columns import (
     DOF,
+    EFFORT,
+    GROWTH,
     INCREMENTS,
     KRYLOV,
     MEMORY,
@@ -36,15 +38,16 @@ from knitstudy.paper.columns import (
     TIME,
     Column,
     Simulation,
+    beam_length,
     rows_of,
     tabulated,
 )
-from knitstudy.paper.sweeps import NONE, SIZES, counted_models
-from knitstudy.run.catalogue import SQUARES, TABLES, Datasets, Scenes, one, several
+from knitstudy.paper.scene_names import SQUARES
+from knitstudy.paper.square_knits import NONE, SIZES, Series, counted_models, series_of
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, one, several
 
 KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
 
-GROWTH = Column("memory growth", "MB", lambda history: memory_growth(history) / MEGABYTE)
 PER_ITERATION = Column(
     "time of a Newton iteration",
     "s",
@@ -52,10 +55,9 @@ PER_ITERATION = Column(
 )
 
 
-def _costs(series: Series, domain: Datasets) -> pd.DataFrame:
+def _costs(series: Series) -> pd.DataFrame:
     """Return a row for every size of a series: degrees of freedom, memory and its law, and time."""
-    rows = [Simulation(scene, {"simulation": domain[scene.name]}) for scene in series.scenes]
-    costs = tabulated(rows, (SCENE, DOF, GROWTH, PER_ITERATION, TIME, NEWTON, KRYLOV, INCREMENTS))
+    costs = tabulated(series.rows, (SCENE, DOF, GROWTH, PER_ITERATION, TIME, NEWTON, KRYLOV, INCREMENTS))
     law = series.memory(costs[DOF.head].to_numpy(), costs[GROWTH.head].to_numpy())
     costs.insert(3, "memory over its law [1]", costs[GROWTH.head] / law(costs[DOF.head]))
     return costs
@@ -65,8 +67,8 @@ def _costs(series: Series, domain: Datasets) -> pd.DataFrame:
 def tabulate_size(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every size of every series."""
     parts = []
-    for series in series_of(scenes[name] for name in domain):
-        costs = _costs(series, domain).rename(columns={TIME.head: "time of a path [s]"})
+    for series in series_of(rows_of(scenes, domain).values()):
+        costs = _costs(series).rename(columns={TIME.head: "time of a path [s]"})
         costs.insert(4, "memory of an unknown [kB]", costs[GROWTH.head] * MEGABYTE / 1e3 / costs[DOF.head])
         head = {"model": series.model, "interaction": series.interaction, "cells in a row [1]": series.cells}
         parts.append(pd.concat([pd.DataFrame(head), costs], axis=1))
@@ -77,8 +79,8 @@ def tabulate_size(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
 def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
     """Return one row for every series: exponents of power laws in cells in a row, with their standard errors."""
     rows = []
-    for series in series_of(scenes[name] for name in domain):
-        costs = _costs(series, domain)
+    for series in series_of(rows_of(scenes, domain).values()):
+        costs = _costs(series)
         row: dict[str, Any] = {"model": series.model, "interaction": series.interaction}
         row["cells in a row [1]"] = f"3 to {series.cells[-1]}"
         for column in (DOF, GROWTH, TIME, NEWTON, KRYLOV):
@@ -111,13 +113,13 @@ def tabulate_unknowns(
     Memory follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is
     the largest distance of these from the law.
     """
-    models = counted_models(fabric_of(geometry), scenes["geometry"], paper)
-    series = {of_model.stem: of_model for of_model in series_of(scenes[name] for name in squares or ())}
+    models = counted_models(fabric_of(geometry), scenes["geometry"].value("mesh"), paper)
+    series = {of_model.stem: of_model for of_model in series_of(rows_of(scenes, squares or {}).values())}
     rows = []
     for model in models:
         memory, uncertain = NONE, nan
         if (measured := series.get(f"domain-{model.stem}-course")) is not None:
-            costs = _costs(measured, squares or {})
+            costs = _costs(measured)
             memory = measured.memory(costs[DOF.head].to_numpy(), costs[GROWTH.head].to_numpy())
             uncertain = np.abs(costs["memory over its law [1]"] - 1).max()
         for n in SIZES:
@@ -187,17 +189,17 @@ def _row(
     fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame
 ) -> dict[str, Any]:
     history, cost, dns = model.history, model.history.attrs, first.history.attrs
-    ratio = case.reference.force_ratio(history)
+    ratio = case.ratio(model)
     values = {
         "model": f"{label_of(model.scene)}; {case.label}",
         "scene": model.scene.name,
-        "element": discretisation(model.scene) if fidelity == "dns" else BEAM,
-        "mesh size [m]": model.scene.metres("mesh.size") if fidelity == "dns" else element_length(history),
+        "element": discretisation(model.scene.value("mesh")) if fidelity == "dns" else BEAM,
+        "mesh size [m]": model.scene.metres("mesh.size") if fidelity == "dns" else beam_length(history),
         DOF.head: model[DOF],
         "DNS's degrees of freedom over these [1]": dns["dof"] / cost["dof"],
         MEMORY.head: model[MEMORY],
         "memory peak [MB]": cost["memory_peak"] / MEGABYTE,
-        **effort(history),
+        **model.cells(EFFORT),
         "DNS's time over this [1]": dns["wall_seconds"] / cost["wall_seconds"],
         OVER_REFERENCE: ratio.value,
         UNCERTAIN: ratio.uncertainty,

@@ -8,22 +8,13 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, central, honeycomb_segments, stress_angles
 from knitstudy.measures.reference import INTERACTIONS, made_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
-from knitstudy.run.catalogue import (
-    CASES,
-    OTHER_SOLIDS,
-    SOLIDS,
-    TABLES,
-    Datasets,
-    Scenes,
-    of_cases,
-    several,
-    solid,
-)
+from knitstudy.paper.columns import Simulation
+from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, SOLIDS, of_cases, solid
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 AXES = "xyz"
 
@@ -56,13 +47,14 @@ def tabulate(
         for kind, vectors in honeycomb_segments(contacts).items()
     ]
     for name, dataset in (stresses or {}).items():
-        rows += _by_stress((scenes or {})[name], dataset, paper)
+        rows += _by_stress(Simulation((scenes or {})[name], {"stress": dataset}), paper)
     order = list(dict.fromkeys(row["honeycomb"] for row in rows))
     rows.sort(key=lambda row: (order.index(row["honeycomb"]), row["segment"]))
     return pd.DataFrame(rows)
 
 
-def _by_stress(scene: Scene, stresses: xr.Dataset, paper: pd.DataFrame) -> list[dict[str, Any]]:
+def _by_stress(simulation: Simulation, paper: pd.DataFrame) -> list[dict[str, Any]]:
+    scene, stresses = simulation.scene, simulation.results["stress"]
     direction = scene.value("load.direction")
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
     printed = angles_of_stress(paper, direction)

@@ -7,14 +7,14 @@ knit itself (`OWN`, which ``knitstudy measure`` writes). Reading the scenes repl
 from __future__ import annotations
 
 import csv
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from math import isfinite, isnan
 from operator import attrgetter
 from pathlib import Path
 from statistics import median
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -24,7 +24,8 @@ from knitstudy.knit.scene.keys import Section, output
 from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
-from knitstudy.run.advice.sample import UNDECIDED, Inputs, Trade, endless, load_trade, same_knit
+from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.sample import UNDECIDED, Inputs
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -91,25 +92,82 @@ class ModelSetting:
 
 
 @dataclass(frozen=True)
-class Choice:
-    """The chosen model setting of a problem, all settings that have a promise, and the basis of the promise."""
+class Promises:
+    """What rows of errors and prices promise of a problem, and the basis of the promises in words.
 
-    problem: Scene  # scene without a model
+    The rows are those of the sample, or those of this very knit.
+    """
+
+    problem: Problem
+    rows: Sequence[Mapping[str, Any]]
+    basis: str = ""
+    own: bool = False
+
+    @classmethod
+    def of(cls, problem: Problem, where: str) -> Promises:
+        """Return what is promised of a problem; `where` begins messages.
+
+        Raises ConfigurationError where it lies outside of the box, or too few knits have been measured.
+        """
+        trade, case = problem.trade, str(problem.case)
+        if mine := own_rows(problem):
+            return cls(problem, mine, "on this very knit", own=True)
+        name = problem.scene.name
+        remedy = f"`knitstudy measure {name}`, with the same options, runs all models on this knit"
+        if problem.outside:
+            raise ConfigurationError(
+                f"{where}: {problem.outside}: nothing is promised of other knits; {remedy}"
+            )
+        rows = measured_rows(TRADE_KEPT)
+        if (count := len(measured_knits(rows, case))) < trade.fewest:
+            measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
+            more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
+            raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
+        share, sure = 100 * trade.coverage, 100 * trade.confidence
+        basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
+        basis += f", by {count} that were measured"
+        if without := len(measured_knits(rows, case, known=False)):
+            basis += f" and without {without} on which solid yarns did not end"
+        return cls(problem, rows, basis)
+
+    def settings(self, question: str) -> list[ModelSetting]:
+        """Return the model settings that have a promise for a question."""
+        scene, case, settings = self.problem.scene, str(self.problem.case), []
+        bound = max if self.own else self.problem.trade.bound
+        for name, keys in self.problem.settings.items():
+            of = (case, name, question)
+            rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
+            ended = [row for row in rows if isfinite(row[ERROR])]
+            if not ended or not isfinite(error := bound([row[ERROR] for row in rows])):
+                continue
+            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
+            longer = 1.0
+            if (stops := scene.value("load.stops")) and not self.own:  # more increments take as much longer
+                longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
+            price = longer * median(seconds), longer * bound(seconds), bound(memory)
+            settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
+        return settings
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The chosen model setting of a problem, and all settings that have a promise."""
+
+    promises: Promises
     ask: Requirements
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
-    basis: str
-    promise: Callable[[str], list[ModelSetting]]  # settings with their promises for another question
 
     @property
     def beside(self) -> dict[str, float]:
         """Promised errors [1] of the model settings for the question in `BESIDE`."""
-        return {setting.name: setting.error for setting in self.promise(BESIDE.get(self.ask.question, ""))}
+        other = self.promises.settings(BESIDE.get(self.ask.question, ""))
+        return {setting.name: setting.error for setting in other}
 
     @property
     def scene(self) -> Scene:
-        """The problem by the model that was chosen."""
-        return self.problem.vary(self.setting.keys)
+        """The scene of the problem by the model that was chosen."""
+        return self.promises.problem.scene.vary(self.setting.keys)
 
 
 def is_open(keys: Mapping[str, Any]) -> bool:
@@ -122,7 +180,7 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]) -> Scene:
+def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]) -> Problem:
     """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
     own: dict[str, Any] = {}
     for key, value in keys.items():
@@ -136,10 +194,10 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
             )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
-    return Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults)
+    return Problem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
 
 
-def choose(problem: Scene, ask: Requirements, where: str) -> Choice:
+def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
     `where` begins messages.
@@ -153,76 +211,49 @@ def choose(problem: Scene, ask: Requirements, where: str) -> Choice:
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Scene, ask: Requirements) -> str:
+def without_edges(problem: Problem, ask: Requirements) -> str:
     """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
-    if not problem.is_knit:
+    if not problem.scene.is_knit:
         return ""
     try:
-        return f"if no edges matter, specimen: cell by {_choose(endless(problem), ask, '').setting}"
+        return f"if no edges matter, specimen: cell by {_choose(problem.endless(), ask, '').setting}"
     except ConfigurationError:
         return ""
 
 
-def as_measured(problem: Scene) -> Scene | None:
+def as_measured(problem: Problem) -> Problem | None:
     """Return a knit with as many cells as the largest knits of the sample, in place of a larger one.
 
     None for a knit that is no larger, or that was measured itself.
     """
-    if not problem.is_knit or _own_rows(problem):
-        return None
-    most = {key: load_trade().box[key.rpartition(".")[2]][1] for key in ("pattern.loops", "pattern.rows")}
-    less = {key: count for key, count in most.items() if problem.value(key) > count}
-    return problem.vary(less) if less else None
+    return None if not problem.scene.is_knit or own_rows(problem) else problem.largest_measured()
 
 
-def _choose(problem: Scene, ask: Requirements, where: str) -> Choice:
-    if problem.specimen == "pair":
+def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
+    if problem.scene.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
-    promise, basis = promises(problem, where)
+    promises = Promises.of(problem, where)
     for name in ask.among:
         MODELS.find(name, f"{where}: ask.among")
     settings = [
-        setting for setting in promise(ask.question) if not ask.among or setting.keys["fidelity"] in ask.among
+        setting
+        for setting in promises.settings(ask.question)
+        if not ask.among or setting.keys["fidelity"] in ask.among
     ]
     if not settings:
         of = f" among {', '.join(ask.among)}" if ask.among else ""
         raise ConfigurationError(
-            f"{where}: ask.question is {ask.question!r}, which no model of {load_trade().case_of(problem)}{of} "
+            f"{where}: ask.question is {ask.question!r}, which no model of {problem.case}{of} "
             "is promised to answer; ask for another, or name a fidelity"
         )
     good = _good_enough(settings, ask, where)
-    setting = min(good, key=lambda setting: (setting.seconds, setting.error, setting.name))
-    return Choice(problem, ask, setting, tuple(settings), basis, promise)
+    setting = min(good, key=attrgetter("seconds", "error", "name"))
+    return Choice(promises, ask, setting, tuple(settings))
 
 
-def promises(problem: Scene, where: str) -> tuple[Callable[[str], list[ModelSetting]], str]:
-    """Return the function from a question to the settings with a promise, and the basis of the promises in words.
-
-    Raises ConfigurationError where a problem lies outside of the box, or too few knits have been measured.
-    """
-    trade = load_trade()
-    if mine := _own_rows(problem):
-        return lambda question: promised(problem, question, trade, mine, own=True), "on this very knit"
-    remedy = f"`knitstudy measure {problem.name}`, with the same options, runs all models on this knit"
-    if outside := trade.outside(problem):
-        raise ConfigurationError(f"{where}: {outside}: nothing is promised of other knits; {remedy}")
-    case, rows = str(trade.case_of(problem)), measured_rows(TRADE_KEPT)
-    if (count := len(measured_knits(rows, case))) < trade.fewest:
-        measured = f"{count or 'no'} knits have been measured of {case} ({TRADE_KEPT.name})"
-        more = f"a promise takes {trade.fewest} or more, which `make trade` measures"
-        raise ConfigurationError(f"{where}: {measured}: {more}; {remedy}")
-    share, sure = 100 * trade.coverage, 100 * trade.confidence
-    basis = f"on {share:.3g} % of the knits in the box of config/trade.yaml, at {sure:g} % confidence"
-    basis += f", by {count} that were measured"
-    if without := len(measured_knits(rows, case, known=False)):
-        basis += f" and without {without} on which solid yarns did not end"
-    return lambda question: promised(problem, question, trade, rows), basis
-
-
-def _own_rows(problem: Scene) -> list[Mapping[str, Any]]:
+def own_rows(problem: Problem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
-    knit = same_knit(problem)
-    return [row for row in measured_rows(OWN) if row["problem"] == knit]
+    return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
 
 
 def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:
@@ -248,43 +279,6 @@ def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) ->
     return good
 
 
-def applies(problem: Scene, keys: Mapping[str, Any]) -> bool:
-    """Return whether a model setting takes a problem at all: beams in endless cells always slip, for example."""
-    try:
-        problem.vary(keys)
-    except ConfigurationError:
-        return False
-    return True
-
-
-def promised(
-    problem: Scene, question: str, trade: Trade, rows: Iterable[Mapping[str, Any]], own: bool = False
-) -> list[ModelSetting]:
-    """Return the model settings of a problem that have a promise: by the sample, or measured on `own` knits."""
-    case, quantile, settings = trade.case_of(problem), trade.quantile, []
-    for name, keys in trade.settings_of(case).items():
-        of = [
-            row
-            for row in rows
-            if (row["case"], row["model setting"], row["question"]) == (str(case), name, question)
-        ]
-        ended = [row for row in of if isfinite(row[ERROR])]
-        if own and ended:
-            error, seconds, memory = (ended[-1][column] for column in (ERROR, SECONDS, MEMORY))
-            settings.append(ModelSetting(name, keys, error, seconds, seconds, memory))
-        if own or not ended or not applies(problem, keys):
-            continue
-        error = quantile.of([row[ERROR] for row in of])
-        if isfinite(error):
-            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
-            longer = 1.0
-            if stops := problem.value("load.stops"):  # more increments than were measured take as much longer
-                longer = max(1.0, (len(stops) + 1) / problem.vary(keys).solver.increments)
-            price = longer * median(seconds), longer * quantile.of(seconds), quantile.of(memory)
-            settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
-    return settings
-
-
 def measured_knits(rows: Iterable[Mapping[str, Any]], case: str, known: bool = True) -> set[str]:
     """Return the knits among rows of a case that have a reference value, or those without one."""
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
@@ -306,25 +300,16 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
         raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
 
 
-# ---- Pareto fronts: no other point is better in both error and price
+def front(settings: Iterable[ModelSetting]) -> list[ModelSetting]:
+    """Return the Pareto front, from the cheapest setting on: no other setting is as cheap and as accurate.
 
-
-Each = TypeVar("Each")
-
-
-def front(
-    points: Iterable[Each], price: Callable[[Each], float], error: Callable[[Each], float]
-) -> list[Each]:
-    """Return the points that no other is at most as dear as and as accurate, from the cheapest on.
-
-    `price` and `error` are numbers of a point; smaller is better. Errors that differ by less than `ALIKE` count as
-    equal, since they are within the tolerances of the solvers.
+    Errors that differ by less than `ALIKE` count as equal, since they are within the tolerances of the solvers.
     """
-    points_on_front: list[Each] = []
-    for point in sorted(points, key=lambda candidate: (price(candidate), error(candidate))):
-        if not points_on_front or error(point) < (1 - ALIKE) * error(points_on_front[-1]):
-            points_on_front.append(point)
-    return points_on_front
+    best: list[ModelSetting] = []
+    for setting in sorted(settings, key=attrgetter("seconds", "error")):
+        if not best or setting.error < (1 - ALIKE) * best[-1].error:
+            best.append(setting)
+    return best
 
 
 def digits(value: float) -> str:

@@ -19,8 +19,7 @@ from rich.text import Text
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
 from knitstudy.files import read_dataset
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
-from knitstudy.knit.scene.defaults import packaged_defaults
-from knitstudy.knit.scene.documents import CONFIG, parsed, read_yaml
+from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, parsed, read_yaml
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import is_loaded, load_plugins
@@ -215,7 +214,7 @@ def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr
     Raises DataFileError if the file holds no history.
     """
     from knitstudy.measures.summary import kind_of
-    from knitstudy.run.stages import STAGES, has_mesh
+    from knitstudy.run.stages import STAGES
 
     try:
         kind = kind_of(history)
@@ -225,7 +224,7 @@ def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr
         raise DataFileError(f"{file}: is a {kind} and must be a history")
     scene = recorded(str(file), {})[0]
     geometry = STAGES["geometry"].function(scene)
-    mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and has_mesh(scene) else None
+    mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and STAGES["mesh"].of(scene) else None
     return scene, geometry, mesh
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import fcntl
 import logging
 import os
-import resource
 import sys
 import time
 from collections.abc import Iterator
@@ -33,9 +32,8 @@ from knitstudy.run.commands.console import (
     scene_argument,
     set_option,
 )
-from knitstudy.run.configuration import asks, plan_of, problem_of
+from knitstudy.run.configuration import choice_of, problem_of
 from knitstudy.run.cost import machine_memory
-from knitstudy.run.job import STARTED
 
 SAYING = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
@@ -106,10 +104,9 @@ def run(
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     """Print the chosen model of a scene that leaves its model open."""
-    if asks(scene, changes, config):
-        choice = plan_of(scene, changes, config)
+    if choice := choice_of(scene, changes, config):
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        click.echo(f"{asked}: take {choice.setting}, {choice.basis}", err=True)
+        click.echo(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 
 
 @click.command()
@@ -157,7 +154,6 @@ def log_on_console(verbose: bool) -> Iterator[None]:
 
 RESULTS, REPORT = Path("results"), Path("results/report.html")
 LOCK = Path("run/study.lock")
-LOGS = Path("logs")
 DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
 
 
@@ -186,7 +182,7 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     # Jobs wait until the memory that they declare is free.
     arguments += ["--resources", f"mem_mb={machine_memory()}", "--config", f"study={name}"]
     arguments += [f"folder={folder}"] if folder else []
-    started, begun = time.monotonic(), time.time()
+    started = time.monotonic()
     with alone():
         if status := snakemake(arguments):
             raise click.exceptions.Exit(status)
@@ -195,26 +191,9 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
-    if share := share_of_starts(begun):
-        click.echo(share)
     click.echo(
         f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
     )
-
-
-def share_of_starts(begun: float) -> str:
-    """Return in words what Snakemake and the starts of its jobs took since a time; an empty text where no job ran."""
-    logs = [path for path in LOGS.glob("**/*.log") if path.stat().st_mtime >= begun]
-    lines = [line for path in logs for line in path.read_text(errors="replace").splitlines()]
-    starts = [float(line.removeprefix(STARTED).split()[0]) for line in lines if line.startswith(STARTED)]
-    own, all_jobs = (
-        sum(resource.getrusage(of)[:2]) for of in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)
-    )
-    if not starts:
-        return ""
-    share = 100 * (own + sum(starts)) / (own + all_jobs)
-    parts = f"Snakemake {own:.0f} s, starts of {len(starts)} jobs {sum(starts):.0f} s"
-    return f"Processor time: {own + all_jobs:.0f} s; {share:.0f} % of it before any result ({parts})"
 
 
 @contextmanager

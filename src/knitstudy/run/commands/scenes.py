@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import layered_defaults
-from knitstudy.knit.scene.keys import describe_with_source
+from knitstudy.knit.scene.documents import layered_defaults
+from knitstudy.knit.scene.keys import describe
 from knitstudy.knit.scene.kinds import MODELS, Labels
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
@@ -19,13 +19,14 @@ from knitstudy.run.advice import (
     BESIDE,
     Choice,
     ModelSetting,
+    Promises,
     as_measured,
     choose,
     digits,
     front,
-    promises,
     without_edges,
 )
+from knitstudy.run.advice.problem import Problem
 from knitstudy.run.commands.console import (
     Changes,
     changed_scene,
@@ -152,7 +153,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
-        described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
+        described = describe(type(scene.sections[name]) if name else Labels, field)
         said = [getattr(described, column) for column in columns]
         if key in changes:
             said[columns.index("provenance")] = "set here"
@@ -200,7 +201,7 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
     problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
     if small := as_measured(problem):
-        settings = promises(small, where)[0](ask.question)
+        settings = Promises.of(small, where).settings(ask.question)
         click.echo(
             without_edges(problem, ask)
             or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
@@ -210,33 +211,32 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
         _print_plan(choose(problem, ask, where))
 
 
-def _print_larger(problem: Scene, small: Scene, settings: list[ModelSetting]) -> None:
+def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]) -> None:
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
-    from knitstudy.run.cost import expected_memory, expected_seconds
+    from knitstudy.run.cost import expected_cost
 
-    size, less = (
-        f"{knit.value('pattern.loops')} x {knit.value('pattern.rows')}" for knit in (problem, small)
-    )
+    size, less = (f"{knit.inputs.loops} x {knit.inputs.rows}" for knit in (problem, small))
     click.echo(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )
-    wholes = [(setting, problem.vary(setting.keys)) for setting in settings]
+    costs = [expected_cost(problem.scene.vary(setting.keys)) for setting in settings]
     rows = [
-        (setting.name, digits(expected_seconds(whole)), expected_memory(whole), digits(100 * setting.error))
-        for setting, whole in wholes
+        (setting.name, digits(cost.seconds), cost.memory, digits(100 * setting.error))
+        for setting, cost in zip(settings, costs, strict=True)
     ]
     print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
-    problem, ask, setting = choice.problem, choice.ask, choice.setting
-    click.echo(f"{problem.name}: {ask.question} within {100 * ask.accuracy:g} %, {problem.interaction}")
-    click.echo(f"take {setting}, {choice.basis}")
+    problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
+    name, interaction = problem.scene.name, problem.scene.interaction
+    click.echo(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
+    click.echo(f"take {setting}, {choice.promises.basis}")
     if offer := without_edges(problem, ask):
         click.echo(offer)
     beside, rows = choice.beside, []
-    for option in front(choice.settings, lambda setting: setting.seconds, lambda setting: setting.error):
+    for option in front(choice.settings):
         price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
         other = [digits(100 * beside.get(option.name, nan))] if beside else []
         rows.append((option.name, *price, *other, "taken" if option == setting else ""))

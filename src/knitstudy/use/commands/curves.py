@@ -61,11 +61,10 @@ def _pulled(scene: Scene) -> tuple[Looped, str]:
     return scene, direction
 
 
-def _read(measured: Path, scene: Scene, named: dict[str, Any]) -> tuple[pd.Series[float], str]:
-    """Return the measured curve for the direction of a scene, and its name."""
+def _read(measured: Path, direction: str, named: dict[str, Any]) -> tuple[pd.Series[float], str]:
+    """Return the measured curve of a direction, and its name."""
     from knitstudy.use.measured_curve import read_curve
 
-    _, direction = _pulled(scene)
     only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
     how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
     given = {name: value for name, value in named.items() if value is not None}
@@ -113,8 +112,8 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     from knitstudy.use.measured_curve import at, simulated_curve, within
 
     history = read_dataset(result)
-    scene = console.recorded(str(result), {})[0]
-    whole, name = _read(measured, scene, named)
+    scene, direction = _pulled(console.recorded(str(result), {})[0])
+    whole, name = _read(measured, direction, named)
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
     simulated = simulated_curve(history, STAGES["geometry"].function(scene))
@@ -187,11 +186,11 @@ def fit(
     from knitstudy.use import curve_fit
     from knitstudy.use.measured_curve import at, simulated_curve, within
 
-    chosen, _ = _pulled(console.changed_scene(scene, changes, config))
+    chosen, direction = _pulled(console.changed_scene(scene, changes, config))
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
-    whole, name = _read(measured, chosen, named)
+    whole, name = _read(measured, direction, named)
     curve = within(whole, chosen.load.strain)
     counted = f"{len(curve)} of {len(whole)} points"
     click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
@@ -225,19 +224,19 @@ def fit(
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
         fitted = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
-    table, values = _table_of(fitted, chosen)
+    moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
+    values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
+    values |= {FRICTION: fitted.friction} if slides else {}
+    table = _printed(fitted, values)
     curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
 
 
-def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, Interval]]:
-    """Print a fit; return its table, and the values of keys with their intervals."""
-    moduli = {key: scene.value(key) for key in MODULI if scene.value(key) is not None}
-    values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
-    values |= {FRICTION: fitted.friction} if scene.value(FRICTION) is not None else {}
-    rows = [(key, *values[key], unit_of(key)) for key in values]
+def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
+    """Print a fit that gives keys their values, and return its table."""
+    rows: list[tuple[Any, ...]] = [(key, *interval, unit_of(key)) for key, interval in values.items()]
     of = "force" if fitted.proportional else "largest force"
     rows.append((f"deviation that remains, of the {of}", 100 * fitted.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
@@ -245,4 +244,4 @@ def _table_of(fitted: Fit, scene: Scene) -> tuple[pd.DataFrame, dict[str, Interv
     table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
     for line in fitted.remarks():
         click.echo(line, err=True)
-    return table, values
+    return table

@@ -35,7 +35,7 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
     """
     from knitstudy.use import fabric_law
-    from knitstudy.use.inp import LAWS, write_membrane
+    from knitstudy.use.decks.fabric import LAWS, write_membrane
 
     histories = {path.stem: read_dataset(path) for path in results}
     _require_one_fabric(results)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import flat
+from knitstudy.registry import listed
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
     changed_scene,
@@ -27,7 +29,8 @@ from knitstudy.run.configuration import default_keys
 if TYPE_CHECKING:
     import xarray as xr
 
-DIALECTS = ("abaqus", "calculix", "paraview")  # Programs that files are written for
+# Stages that write files for other programs, by what `--dialect` calls them
+DIALECTS = {"abaqus": "deck_abaqus", "calculix": "deck_calculix", "paraview": "series"}
 
 
 @contextmanager
@@ -53,10 +56,13 @@ def _naming(file: Path) -> Iterator[None]:
     type=console.FILE,
     help="Draw as well (.png, .pdf): forces over strain, of both files, or centrelines.",
 )
-@click.option("--picture", type=console.FILE, help="Draw the deformed knit at full load (.png, .pdf).")
-@click.option("--animation", type=console.FILE, help="Draw the deformed knit at all increments (.webp).")
 @click.option(
-    "--interactive", type=console.FILE, help="Write a page that turns the knit in a browser (.html)."
+    "--picture",
+    "pictures",
+    type=console.FILE,
+    multiple=True,
+    help="Draw the deformed knit: at full load (.png, .pdf), moving through all increments (.webp), or as a page that "
+    "turns it in a browser (.html); may be repeated.",
 )
 @click.option(
     "--colour",
@@ -70,9 +76,7 @@ def show(
     other: Path | None,
     keys: bool,
     plot: Path | None,
-    picture: Path | None,
-    animation: Path | None,
-    interactive: Path | None,
+    pictures: tuple[Path, ...],
     colour: str,
     config: Path,
 ) -> None:
@@ -87,7 +91,7 @@ def show(
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
     knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
-    knitstudy show runs/simulation/cell-course.nc --picture knit.png --animation knit.webp --interactive knit.html
+    knitstudy show runs/simulation/cell-course.nc --picture knit.webp --picture knit.html
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
@@ -118,46 +122,28 @@ def show(
             kind, drawing = kind_of(dataset), draw(*both)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
-    if picture or animation or interactive:
-        _write_pictures(file, dataset, colour, picture, animation, interactive)
+    if pictures:
+        _write_pictures(file, dataset, colour, pictures)
 
 
-def _write_pictures(
-    file: Path,
-    history: xr.Dataset,
-    colour: str,
-    picture: Path | None,
-    animation: Path | None,
-    interactive: Path | None,
-) -> None:
+def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tuple[Path, ...]) -> None:
     """Write the pictures that are asked for of the deformed knit in a result file.
 
-    Raises DataFileError when a name has another ending than the format of the picture, or the file holds no history;
+    Raises DataFileError when a name has another ending than the format of a picture, or the file holds no history;
     ConfigurationError when the history does not hold the values of the colour.
     """
     from knitstudy.use import deformed
-    from knitstudy.use.style import save
+    from knitstudy.use.vtu import solids
 
-    formats = ((picture, (".png", ".pdf")), (animation, (".webp",)), (interactive, (".html",)))
-    for path, endings in formats:
-        if path is not None and path.suffix not in endings:
-            raise DataFileError(f"{path}: must end with {' or '.join(endings)}")
+    for path in pictures:
+        if path.suffix not in deformed.WRITERS:
+            raise DataFileError(f"{path}: must end with {listed([*deformed.WRITERS])}")
     scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
-    knit = deformed.deformed(scene, geometry, history, mesh, colour)
-    title = f"{scene.name}, {scene.kind.fidelity.label}"
-    if animation is not None and len(knit.strain) < 2:
-        raise DataFileError(
-            f"{animation}: colour {colour!r} is of full load only; an animation takes u_z, slip or force"
-        )
-    if picture is not None:
-        save(deformed.draw(knit), [picture], {"history": history}, title)
-    if animation is not None:
-        deformed.animate(knit, animation)
-    if interactive is not None:
-        deformed.write_page(knit, interactive, title)
-    for path, _ in formats:
-        if path is not None:
-            click.echo(f"drawn: {path}", err=True)
+    at_full_load = partial(solids, scene, geometry, mesh, history)
+    knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
+    for path in pictures:
+        deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.label}")
+        click.echo(f"drawn: {path}", err=True)
 
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
@@ -215,32 +201,27 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
     knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
     """
-    if dialect == "paraview":
-        if changes or not console.is_result(scene):
-            raise click.UsageError("--dialect paraview takes the file of a history (.nc), and no --set")
-        click.echo(f"{_write_series(Path(scene), output)}: all increments of {scene}; m, N, Pa")
-        return
-    from knitstudy.knit.geometry.fabric_file import fabric_of
     from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
-    from knitstudy.use.deck import hexahedral, specimen_deck
-    from knitstudy.use.inp import write_inp
 
-    chosen = hexahedral(Plan.of(config).labelled(hexahedral(changed_scene(scene, changes, config))))
+    stage, given = STAGES[DIALECTS[dialect]], Path(scene)
+    if "history" in stage.needs:
+        if changes or not console.is_result(scene):
+            raise click.UsageError(f"--dialect {dialect} takes the file of a history (.nc), and no --set")
+        history, path = read_dataset(given), output or given.with_suffix(Path(stage.path_pattern).suffix)
+        chosen, geometry, mesh = console.undeformed(given, history, solids="node_displacement" in history)
+        stage.function(chosen, path, geometry=geometry, history=history, mesh=mesh)
+        click.echo(f"{path}: all increments of {scene}; m, N, Pa")
+        return
+    chosen = changed_scene(scene, changes, config)
+    if not stage.of(chosen):
+        raise ConfigurationError(
+            f"scene {chosen.name!r}: fidelity is {chosen.fidelity} but must be hexahedra for a deck: other programs"
+            " do not have the elements and the contact of other models"
+        )
+    chosen, path = Plan.of(config).labelled(chosen), output or Path(f"{chosen.name}.{dialect}.inp")
     geometry = STAGES["geometry"].function(chosen)
-    mesh = SweptMesh.from_dataset(STAGES["mesh"].function(chosen, geometry=geometry))
-    path = output or Path(f"{chosen.name}.{dialect}.inp")
-    deck = specimen_deck(chosen, fabric_of(geometry), mesh)
-    write_inp(deck, path, dialect)
-    click.echo(f"{path}: {len(deck.nodes)} nodes, {len(mesh.hexahedra)} hexahedra; m, N, Pa")
-
-
-def _write_series(file: Path, output: Path | None) -> Path:
-    """Write the history in a result file as a time series, and return its path."""
-    from knitstudy.use.vtu import write_series
-
-    history, path = read_dataset(file), output or file.with_suffix(".pvd")
-    scene, geometry, mesh = console.undeformed(file, history, solids="node_displacement" in history)
-    write_series(scene, path, geometry, history, mesh)
-    return path
+    mesh = STAGES["mesh"].function(chosen, geometry=geometry)
+    stage.function(chosen, path, geometry=geometry, mesh=mesh)
+    click.echo(f"{path}: {len(SweptMesh.from_dataset(mesh).hexahedra)} hexahedra; m, N, Pa")

@@ -13,14 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
-from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
@@ -100,16 +98,6 @@ class Deck:
 Touching = Hexahedra | PairOfHexahedra
 
 
-def hexahedral(scene: Scene) -> HexahedralScene:
-    """Return a scene if its yarns are divided into hexahedra; raises ConfigurationError if they are not."""
-    if not isinstance(scene, HexahedralScene):
-        raise ConfigurationError(
-            f"scene {scene.name!r}: fidelity is {scene.fidelity} but must be hexahedra for a deck: other programs"
-            " do not have the elements and the contact of other models"
-        )
-    return scene
-
-
 def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> Deck:
     """Return the deck of a scene of hexahedra."""
     parts = divide(scene, mesh, specimen)
@@ -122,6 +110,9 @@ def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> 
     travel = max((float(np.linalg.norm(leg)) for leg in scene.value("load.path") or ()), default=0.0)
     reach = CONTACT_REACH * mesh.radius + travel
     interaction = None
+    motion = load_path(scene, specimen)
+    components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
+    increments = math.ceil(scene.solver.increments / len(motion.displacement))
     assert parts.connectivity is not None, "hexahedra have nodes"
     if touching:
         assert isinstance(scene, Touching), "yarns that are not tied may touch"
@@ -137,7 +128,9 @@ def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> 
         element=scene.mesh.element,
         material=material_of(scene.yarn),
         hourglass=scene.solver.hourglass,
-        steps=_steps(scene, specimen),
+        steps=tuple(
+            Step({i + 1: float(corner[i]) for i in components}, increments) for corner in motion.displacement
+        ),
         equations=tie.equations(np.union1d(parts.ends.held, parts.ends.driven)) if tied.any() else None,
         contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching),
         interaction=interaction,
@@ -191,13 +184,3 @@ def _elements(mesh: SweptMesh, yarn: int) -> slice:
     """Return the range of the elements of one yarn."""
     first, last = mesh.first_slice[yarn : yarn + 2] - np.arange(yarn, yarn + 2)
     return slice(int(first) * mesh.section.quads.shape[0], int(last) * mesh.section.quads.shape[0])
-
-
-def _steps(scene: Scene, specimen: Fabric) -> tuple[Step, ...]:
-    """Return a step for every corner of the load path, with equal shares of the increments."""
-    motion = load_path(scene, specimen)
-    components = (motion.axis,) if scene.value("load.lateral") == "free" else range(3)
-    increments = math.ceil(scene.solver.increments / len(motion.displacement))
-    return tuple(
-        Step({i + 1: float(corner[i]) for i in components}, increments) for corner in motion.displacement
-    )

@@ -10,19 +10,21 @@ import logging
 import textwrap
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import code_version, replacing, write_text
+from knitstudy.files import code_version, replacing
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.yarns.interactions import Equations
 from knitstudy.mechanics.materials.isotropic import Isotropic
-from knitstudy.use.deck import Deck, Step, Surface, hexahedral, specimen_deck
+from knitstudy.registry import find
+from knitstudy.use.decks.deck import Deck, Step, Surface, specimen_deck
 
 NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
 
@@ -142,8 +144,7 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
 
     Raises ConfigurationError if the dialect is unknown, or the program does not have one of them.
     """
-    if dialect not in OUTPUTS:
-        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(OUTPUTS)}")
+    find("deck dialect", OUTPUTS, dialect)
     values = {"mesh.element": deck.element, "yarn.material": deck.material.name}
     if deck.interaction is not None:
         values["interaction"] = deck.interaction.kind
@@ -172,7 +173,7 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
     material, touch = deck.material, deck.interaction
     assert isinstance(material, Isotropic), "materials of the table are isotropic"
     bulk = material.lame + 2 / 3 * material.shear_modulus
-    numbers = {
+    numbers: dict[str, float] = {
         "E": material.youngs_modulus,
         "nu": material.poisson_ratio,
         "C10": material.shear_modulus / 2,
@@ -182,12 +183,7 @@ def _template_numbers(deck: Deck) -> dict[str, float]:
         "hourglass_of_calculix": HOURGLASS_OF_C3D8R["calculix"] * (1 + material.poisson_ratio),
     }
     if touch is not None:
-        law = touch.law
-        numbers |= {
-            "normal": float(law.normal),
-            "tangential": float(law.tangential),
-            "friction": law.friction,
-        }
+        numbers |= {name: float(getattr(touch.law, name)) for name in ("normal", "tangential", "friction")}
         numbers["elastic_slip"] = touch.elastic_slip
     return numbers
 
@@ -217,8 +213,7 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
     element, material = words["mesh.element"], words["yarn.material"]
     yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
     for sentence in departures:
-        comment = textwrap.wrap(f"NOT QUITE THE SCENE: {sentence}", COMMENT, break_on_hyphens=False)
-        yield "".join(f"** {line}\n" for line in comment)
+        yield comment(f"NOT QUITE THE SCENE: {sentence}")
     yield "*NODE, NSET=ALL\n"
     for number, place in enumerate(deck.nodes.tolist(), 1):
         yield lines([number, *(NUMBER % x for x in place)])
@@ -250,6 +245,11 @@ def lines(entries: Iterable[object], count: int = 12, end: str = "\n") -> str:
     """Return entries in lines of so many at most."""
     texts = [str(entry) for entry in entries]
     return end.join(", ".join(texts[i : i + count]) for i in range(0, len(texts), count)) + "\n"
+
+
+def comment(text: str) -> str:
+    """Return a text as lines of comments."""
+    return "".join(f"** {line}\n" for line in textwrap.wrap(text, COMMENT, break_on_hyphens=False))
 
 
 def _surface(name: str, surface: Surface) -> str:
@@ -292,144 +292,11 @@ def _step(deck: Deck, step: Step, dialect: str) -> str:
     )
 
 
-def write_abaqus(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
-    """Write the deck of a scene for Abaqus."""
-    write_inp(_deck(scene, geometry, mesh), path, "abaqus")
+def write(
+    scene: HexahedralScene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, dialect: str
+) -> None:
+    """Write the deck of a scene of hexahedra; `dialect` is "abaqus" or "calculix"."""
+    write_inp(specimen_deck(scene, fabric_of(geometry), SweptMesh.from_dataset(mesh)), path, dialect)
 
 
-def write_calculix(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
-    """Write the deck of a scene for CalculiX."""
-    write_inp(_deck(scene, geometry, mesh), path, "calculix")
-
-
-def _deck(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset) -> Deck:
-    return specimen_deck(hexahedral(scene), fabric_of(geometry), SweptMesh.from_dataset(mesh))
-
-
-# One square element of a fabric, to be copied into a model
-
-SQUARE = """** Local 1 is the course direction, 2 the wale direction.
-*NODE, NSET=ALL
-1, 0., 0., 0.
-2, 1., 0., 0.
-3, 1., 1., 0.
-4, 0., 1., 0.
-*ELEMENT, TYPE={element}, ELSET=FABRIC
-1, 1, 2, 3, 4
-*ORIENTATION, NAME=COURSE
-1., 0., 0., 0., 1., 0.
-"""
-
-# Stiffness of an endless knit at rest, as a shell section of Abaqus
-
-# The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
-SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
-
-SHELL = """*HEADING
-{name}: an endless knit as a shell
-** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
-** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
-** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
-{square}3, 0.
-** {entries}
-*SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
-{data}
-"""
-
-
-def section_matrix(history: xr.Dataset) -> np.ndarray:
-    """Return the stiffness (6, 6) of a cell at rest [N/m, N, N m], by e_x, e_y, g_xy, k_x, k_y, k_xy."""
-    membrane, coupling, bending = (
-        history[f"{name}_stiffness"].to_numpy() for name in ("membrane", "coupling", "bending")
-    )
-    return np.block([[membrane, coupling], [coupling.T, bending]])
-
-
-def shell_entries(matrix: np.ndarray) -> np.ndarray:
-    """Return the 21 numbers of a symmetric matrix (6, 6) in the order of `SHELL_ENTRIES`."""
-    return np.concatenate([matrix[: column + 1, column] for column in range(6)])
-
-
-def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
-    """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
-    numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    data = lines(numbers, 8).rstrip()
-    values = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
-    write_text(SHELL.format(**values, entries=", ".join(SHELL_ENTRIES), data=data), path)
-
-
-# The linear law of a fabric as a membrane, exact for any thickness: stresses times thickness are forces per width.
-# Abaqus has it as the limit b = A / c of Fung's law, c / 2 (exp(E . b E) - 1), for a large c; with b and c fitted the
-# law of Fung is no nearer to cells (docs/notes/membrane.md). Its E is that of the distortion, which is the one in the
-# plane for an incompressible material in plane stress, and there is no stress across. In CalculiX the modulus across
-# couples with nothing, so that the thickness stays.
-
-THICKNESS = 1e-3  # m, of the element; forces do not depend on it
-
-STIFF = 1e4  # c over the largest entry of A: forces deviate from the linear law by E . E / STIFF
-
-# By dialect: the keyword of the law, and why it is not the nearer one
-LAWS = {
-    "abaqus": (
-        "*ANISOTROPIC HYPERELASTIC, FUNG-ANISOTROPIC",
-        "Abaqus has that of exponentials in user subroutines alone (UANISOHYPER_STRAIN)",
-    ),
-    "calculix": (
-        "*ELASTIC, TYPE=ANISO",
-        "CalculiX has no hyperelastic law that is anisotropic but for fibres in an isotropic body. Under NLGEOM "
-        "*ELASTIC is linear in Green's strains",
-    ),
-}
-
-DECK = """*HEADING
-{title}: an endless fabric as a membrane
-** knitstudy {version}; m, N, Pa; forces per width are stresses times the thickness of {thickness:g} m
-{remarks}** A membrane has no bending stiffness.
-{square}*MATERIAL, NAME=FABRIC
-{keyword}
-{data}*MEMBRANE SECTION, ELSET=FABRIC, MATERIAL=FABRIC, ORIENTATION=COURSE
-{thickness:g}
-"""
-
-
-def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: str) -> None:
-    """Write the linear law of a dataset of `use.inp_fit.membrane` for a program."""
-    if dialect not in LAWS:
-        raise ConfigurationError(f"unknown deck dialect {dialect!r}; allowed are {', '.join(LAWS)}")
-    keyword, template = LAWS[dialect]
-    off = (
-        "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
-        f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
-        f"states), forces of the law of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
-    )
-    form = fitted["linear_form"].to_numpy() / THICKNESS
-    largest = float(np.diag(form).max())
-    if dialect == "abaqus":
-        stiffness = STIFF * largest
-        numbers = [*solid_entries(form / stiffness, across=0.0), stiffness, 0.0]  # of no volume change
-    else:
-        numbers = [*solid_entries(form, across=largest), 0.0]  # temperature
-    comment = "".join(f"** {line}\n" for line in textwrap.wrap(off, COMMENT, break_on_hyphens=False))
-    text = DECK.format(
-        title=title,
-        version=code_version(),
-        thickness=THICKNESS,
-        remarks=comment,
-        square=SQUARE.format(element="M3D4"),
-        keyword=keyword,
-        data=lines((NUMBER % number for number in numbers), 8),
-    )
-    write_text(text, path)
-
-
-def solid_entries(form: np.ndarray, across: float) -> np.ndarray:
-    """Return the 21 entries of a solid's form from that (3, 3) of its plane, in the order of both programs.
-
-    The order is column by column, each down to the diagonal, of 11, 22, 33, 12, 13, 23: 1111, 1122, 2222, 1133 and so
-    on. Across the plane there is `across` alone, and shear with the stiffness of that in the plane.
-    """
-    solid = np.zeros((6, 6))
-    plane = [0, 1, 3]
-    solid[np.ix_(plane, plane)] = form
-    solid[2, 2], solid[4, 4], solid[5, 5] = across, form[2, 2], form[2, 2]
-    return shell_entries(solid)
+write_abaqus, write_calculix = (partial(write, dialect=dialect) for dialect in OUTPUTS)

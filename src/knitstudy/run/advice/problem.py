@@ -1,0 +1,171 @@
+"""The physical problem of a scene, for which a model is chosen, beside the knits that models were measured on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from math import inf
+from typing import Any
+
+from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.keys import lists
+from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.run.advice.sample import (
+    INPUT_KEYS,
+    LARGE,
+    OF_CONTACT,
+    OF_KNIT,
+    PEIRCE,
+    SMALL,
+    SPECIMENS,
+    TIED,
+    TOUCHING,
+    UNDECIDED,
+    Case,
+    Inputs,
+    Trade,
+    load_trade,
+)
+
+OVER = {
+    "course": " over yarn.diameter",
+    "wale": " over yarn.diameter",
+    "length": " over that of Peirce's loop",
+}
+
+FREE = {
+    *INPUT_KEYS.values(),
+    "yarn.diameter",
+    "yarn.youngs_modulus",
+    "load.deformation",
+    "geometry.alpha",
+    "geometry.free",
+}
+"""Physical keys whose values may differ from the sample: inputs stand for them, results scale with them, or they do
+not concern a loop without control points."""
+
+
+@dataclass(frozen=True)
+class Problem:
+    """The physical problem of a scene, whatever its model."""
+
+    scene: Scene
+    trade: Trade = field(default_factory=load_trade)
+
+    @cached_property
+    def inputs(self) -> Inputs:
+        """The knit without dimensions."""
+        scene, pattern, load = self.scene, self.scene.value("pattern"), self.scene.value("load")
+        d, endless = scene.yarn.diameter, scene.specimen == "cell"
+        course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
+        peirce = 2 * course + wale + PEIRCE
+        return Inputs(
+            course,
+            wale,
+            (pattern.loop_length or peirce * d) / (peirce * d),
+            scene.yarn.poisson_ratio,
+            load.strain,
+            scene.friction if scene.kind.interaction.touches else 0.0,
+            1 if endless else pattern.loops,
+            1 if endless else pattern.rows,
+            load.deformation if endless else load.direction,
+            load.lateral,
+            scene.value("contact.tied_edges") or "none",
+        )
+
+    @cached_property
+    def case(self) -> Case:
+        """The specimen, tied or touching, to small or large strains."""
+        yarns = TOUCHING if self.scene.kind.interaction.touches else TIED
+        large = self.scene.value("load.strain") > self.trade.box["strain"][-1]
+        return Case(self.scene.specimen, yarns, LARGE if large else SMALL)
+
+    @cached_property
+    def others(self) -> dict[str, Any]:
+        """The physical keys that no input stands for, over diameter and Young's modulus of the yarn."""
+        yarn = self.scene.yarn
+        values = self.scene.scaled(1 / yarn.diameter, 1 / yarn.youngs_modulus).values_of("physics")
+        return _rounded({key: value for key, value in values.items() if key not in FREE})
+
+    @cached_property
+    def digest(self) -> str:
+        """Digest of all that is physical, the same at any scale and modulus."""
+        inputs = _rounded(asdict(self.inputs))
+        return digest([self.scene.specimen, self.scene.interaction, inputs, self.others])
+
+    @cached_property
+    def settings(self) -> dict[str, dict[str, Any]]:
+        """Keys of the model settings that take the problem, by name.
+
+        Some do not: beams in endless cells always slip, for example.
+        """
+        settings = self.trade.settings_of(self.case)
+        return {name: keys for name, keys in settings.items() if self._allows(keys)}
+
+    def _allows(self, keys: Mapping[str, Any]) -> bool:
+        try:
+            self.scene.vary(keys)
+        except ConfigurationError:
+            return False
+        return True
+
+    def endless(self) -> Problem:
+        """Return a cell of the endless fabric of the same loops under the same strain."""
+        size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": self.scene.value("load.direction")}
+        cell = {"specimen": "cell", "fidelity": UNDECIDED, "outputs": []}
+        return replace(self, scene=self.scene.vary(cell | size))
+
+    def largest_measured(self) -> Problem | None:
+        """Return a knit with as many cells as the largest of the sample, in place of a larger one; else None."""
+        most = {INPUT_KEYS[name]: self.trade.box[name][1] for name in ("loops", "rows")}
+        less = {key: count for key, count in most.items() if self.scene.value(key) > count}
+        return replace(self, scene=self.scene.vary(less)) if less else None
+
+    @cached_property
+    def outside(self) -> str:
+        """What lies outside of the box, in words; an empty text where all lies inside.
+
+        The sample was made with the defaults of the package.
+        """
+        if self.scene.specimen not in SPECIMENS:
+            measured = f"models were measured on {' and '.join(SPECIMENS)}"
+            return f"specimen is {self.scene.specimen!r}, but {measured}"
+        return next(self._outside(), "")
+
+    def _outside(self) -> Iterator[str]:
+        box, endless = self.trade.box, self.case.specimen == "cell"
+        for name, value in asdict(self.inputs).items():
+            between, key = box[name], INPUT_KEYS[name]
+            if name == "strain":
+                between = [between[0], self.trade.large.strain[-1]]
+            if endless and name in OF_KNIT:
+                if key.startswith("pattern.") and (count := self.scene.value(key)) != 1:
+                    yield f"{key} is {count}, but models were measured on cells of one loop"
+            elif (self.case.yarns == TIED and name in OF_CONTACT) or value == inf:
+                continue
+            elif isinstance(value, str) and value not in between:
+                key = "load.deformation" if endless and name == "direction" else key
+                yield f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
+            elif not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (
+                1 + 2e-9
+            ):
+                fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
+                yield f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
+        there = replace(self, scene=self.trade.scene(self.case, self.inputs)).others
+        for key, value in self.others.items():
+            wanted = there.get(key)
+            if wanted is None and value is not None:
+                yield f"{key} is set, but models were measured without it"
+            elif value != wanted:
+                here_is, there_is = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
+                yield f"{key} is {here_is}, but models were measured with {there_is}"
+
+
+def _rounded(value: Any) -> Any:
+    """Return nested values with six digits of every number."""
+    if isinstance(value, Mapping):
+        return {key: _rounded(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_rounded(item) for item in value]
+    return float(f"{value:.6g}") + 0.0 if isinstance(value, float) else value

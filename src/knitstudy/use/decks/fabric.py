@@ -1,0 +1,136 @@
+"""Decks of an endless fabric, of one square element to be copied into a model: its stiffness at rest, and its law."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.files import code_version, write_text
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.registry import find
+from knitstudy.use.decks.inp import NUMBER, comment, lines
+
+SQUARE = """** Local 1 is the course direction, 2 the wale direction.
+*NODE, NSET=ALL
+1, 0., 0., 0.
+2, 1., 0., 0.
+3, 1., 1., 0.
+4, 0., 1., 0.
+*ELEMENT, TYPE={element}, ELSET=FABRIC
+1, 1, 2, 3, 4
+*ORIENTATION, NAME=COURSE
+1., 0., 0., 0., 1., 0.
+"""
+
+# Stiffness of an endless knit at rest, as a shell section of Abaqus
+
+# The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
+SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
+
+SHELL = """*HEADING
+{name}: an endless knit as a shell
+** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
+** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
+** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
+{square}3, 0.
+** {entries}
+*SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
+{data}
+"""
+
+
+def section_matrix(history: xr.Dataset) -> np.ndarray:
+    """Return the stiffness (6, 6) of a cell at rest [N/m, N, N m], by e_x, e_y, g_xy, k_x, k_y, k_xy."""
+    membrane, coupling, bending = (
+        history[f"{name}_stiffness"].to_numpy() for name in ("membrane", "coupling", "bending")
+    )
+    return np.block([[membrane, coupling], [coupling.T, bending]])
+
+
+def shell_entries(matrix: np.ndarray) -> np.ndarray:
+    """Return the 21 numbers of a symmetric matrix (6, 6) in the order of `SHELL_ENTRIES`."""
+    return np.concatenate([matrix[: column + 1, column] for column in range(6)])
+
+
+def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
+    """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
+    numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
+    data = lines(numbers, 8).rstrip()
+    values = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
+    write_text(SHELL.format(**values, entries=", ".join(SHELL_ENTRIES), data=data), path)
+
+
+# The linear law of a fabric as a membrane, exact for any thickness: stresses times thickness are forces per width.
+# Abaqus has it as the limit b = A / c of Fung's law, c / 2 (exp(E . b E) - 1), for a large c; with b and c fitted the
+# law of Fung is no nearer to cells (docs/notes/membrane.md). Its E is that of the distortion, which is the one in the
+# plane for an incompressible material in plane stress, and there is no stress across. In CalculiX the modulus across
+# couples with nothing, so that the thickness stays.
+
+THICKNESS = 1e-3  # m, of the element; forces do not depend on it
+
+STIFF = 1e4  # c over the largest entry of A: forces deviate from the linear law by E . E / STIFF
+
+# By dialect: the keyword of the law, and why it is not the nearer one
+LAWS = {
+    "abaqus": (
+        "*ANISOTROPIC HYPERELASTIC, FUNG-ANISOTROPIC",
+        "Abaqus has that of exponentials in user subroutines alone (UANISOHYPER_STRAIN)",
+    ),
+    "calculix": (
+        "*ELASTIC, TYPE=ANISO",
+        "CalculiX has no hyperelastic law that is anisotropic but for fibres in an isotropic body. Under NLGEOM "
+        "*ELASTIC is linear in Green's strains",
+    ),
+}
+
+DECK = """*HEADING
+{title}: an endless fabric as a membrane
+** knitstudy {version}; m, N, Pa; forces per width are stresses times the thickness of {thickness:g} m
+{remarks}** A membrane has no bending stiffness.
+{square}*MATERIAL, NAME=FABRIC
+{keyword}
+{data}*MEMBRANE SECTION, ELSET=FABRIC, MATERIAL=FABRIC, ORIENTATION=COURSE
+{thickness:g}
+"""
+
+
+def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: str) -> None:
+    """Write the linear law of a dataset of `use.fabric_law.membrane` for a program."""
+    keyword, template = find("deck dialect", LAWS, dialect)
+    off = (
+        "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
+        f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
+        f"states), forces of the law of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
+    )
+    form = fitted["linear_form"].to_numpy() / THICKNESS
+    largest = float(np.diag(form).max())
+    if dialect == "abaqus":
+        stiffness = STIFF * largest
+        numbers = [*solid_entries(form / stiffness, across=0.0), stiffness, 0.0]  # of no volume change
+    else:
+        numbers = [*solid_entries(form, across=largest), 0.0]  # temperature
+    text = DECK.format(
+        title=title,
+        version=code_version(),
+        thickness=THICKNESS,
+        remarks=comment(off),
+        square=SQUARE.format(element="M3D4"),
+        keyword=keyword,
+        data=lines((NUMBER % number for number in numbers), 8),
+    )
+    write_text(text, path)
+
+
+def solid_entries(form: np.ndarray, across: float) -> np.ndarray:
+    """Return the 21 entries of a solid's form from that (3, 3) of its plane, in the order of both programs.
+
+    The order is column by column, each down to the diagonal, of 11, 22, 33, 12, 13, 23: 1111, 1122, 2222, 1133 and so
+    on. Across the plane there is `across` alone, and shear with the stiffness of that in the plane.
+    """
+    solid = np.zeros((6, 6))
+    plane = [0, 1, 3]
+    solid[np.ix_(plane, plane)] = form
+    solid[2, 2], solid[4, 4], solid[5, 5] = across, form[2, 2], form[2, 2]
+    return shell_entries(solid)
