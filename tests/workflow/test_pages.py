@@ -72,7 +72,8 @@ def test_core(fresh, tmp_path):
     last = run("-c", code, folder=tmp_path, environment=fresh.environment).stdout.splitlines()[-1]
     drag, pressure = map(float, re.findall(r"(\d+\.\d) N", last))
     assert drag == pytest.approx(0.3 * pressure, rel=0.02)
-    lowest = dict(line.split(": ") for line in run("-c", rods, folder=tmp_path, environment=fresh.environment).stdout.splitlines())
+    printed = run("-c", rods, folder=tmp_path, environment=fresh.environment).stdout
+    lowest = dict(line.split(": ") for line in printed.splitlines())
     assert float(lowest["35"]) > 0 > float(lowest["40"])
 
 
