@@ -5,7 +5,7 @@ from itertools import product
 
 import numpy as np
 import pytest
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -108,7 +108,7 @@ def test_repeat_begun_elsewhere_is_the_same_knit(stitches, moved):
 
 
 COURSE_DRAWN, WALE_DRAWN, DIAMETER = 2.2e-3, 3.3e-3, 0.44e-3
-HALF_CARDIGAN, FLOATS, CROSS_TUCK = ("KP", "KT"), ("K-", "-K"), ("KT", "TK")
+HALF_CARDIGAN, FLOATS = ("KP", "KT"), ("K-", "-K")
 CABLE, LACE = ("K>K(", "KK"), ("K)K", "TK")
 
 
@@ -137,21 +137,10 @@ def test_loops_are_held_until_their_needle_knits():
     assert [[each.place for each in row] for row in stitches_of(("K", "T", "-", "T"))] == [[0], [1], [0], [2]]
 
 
-@pytest.mark.parametrize(
-    ("stitches", "apart"),
-    [
-        (HALF_CARDIGAN, 0.5),
-        (FLOATS, 0.7),
-        (CROSS_TUCK, 0.5),
-        (CABLE, 0.5),
-        (LACE, 0.35),
-        (("K", "T"), 0.5),
-        (("K", "T", "T"), 0.5),
-        (("KK", "KT", "KT", "KK", "TK", "TK"), 0.5),
-        (("K", "T", "T", "T"), 0.35),
-    ],
-)
+@pytest.mark.parametrize(("stitches", "apart"), READ["stitches"])
 def test_yarns_stand_apart_where_they_cross(stitches, apart):
+    """By a share of the diameter at least."""
+    stitches = tuple(stitches)
     fabric = cell(stitches, 2 * size_of_repeat(stitches)[0])
     assert fabric.crossings.distance.min() >= apart * DIAMETER
     assert len(fabric.centrelines) == len(stitches) + 1

@@ -40,18 +40,11 @@ FIRST_SLOPE = 0.5  # relative change of length over that of the width: half of a
 
 
 def lay_out(scene: Scene) -> xr.Dataset:
-    """Lay out the fabric of a scene; the loop of a knit is optimised first.
+    """Return the fabric of a scene as `fabric_dataset` does; the loop of a knit is optimised first.
 
-    Returns
-    -------
-    xarray.Dataset
-        `fabric_dataset`; of a knit with the initial control points and, for both states "before" and "after",
-        the terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
-
-    Raises
-    ------
-    GeometryError
-        When no valid knit comes out.
+    A knit has the initial control points as well and, for both states "before" and "after", the terms of F, length,
+    smallest radius of curvature, deepest penetration, gaps and angles.
+    Raises GeometryError when no valid knit comes out.
 
     Examples
     --------

@@ -52,7 +52,6 @@ class PlanarJoints(Joints):
 class PlanarNetwork(Knit):
     """Planar networks of knits."""
 
-    specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS
     takes: ClassVar = "one stitch"
 

@@ -82,7 +82,6 @@ class Springs(SpatialJoints):
 
 
 class _SpatialNetwork(Knit):
-    specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS
 
     mesh: BeamMesh = section()
