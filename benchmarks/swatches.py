@@ -3,8 +3,8 @@
 ``python benchmarks/swatches.py`` (`make swatches`) keeps them in resources/swatches.csv and prints how good they are
 (docs/notes/swatches.md). Shapes that have been found are in results/swatches.csv: a run that was stopped goes on.
 
-Nothing is set by swatch but its stitches. `Rule` was found on stockinette and garter alone; how much more yarn rows have
-that go from knits to purls follows from the masses of the open swatches.
+Nothing is set by swatch but its stitches. `Rule` was found on stockinette and garter alone; how much more yarn rows
+have that go from knits to purls follows from the masses of the open swatches.
 """
 
 from __future__ import annotations
@@ -18,13 +18,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from keep import stamped
+from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_table, write_table
+from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.loop import LoopTarget
-from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
+from knitstudy.knit.geometry.specimens import knit_of_rows
+from knitstudy.knit.geometry.spline import CatmullRom
+from knitstudy.knit.geometry.stitch_mesh import BEHIND, Drawing, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.models.beam.cell import relax
 from knitstudy.knit.scene.documents import RESOURCES
@@ -102,6 +106,47 @@ def more_yarn(measured: pd.DataFrame) -> float:
     return float(slope / PATTERN**2 / (plain / WHOLE**2))
 
 
+def drawn_on_needles(stitches: Sequence[str], rule: Rule, radius: float, more: float) -> Fabric:
+    """Return a repeat as a machine with two beds holds it: all stitches at the same spacings, purls on the back bed.
+
+    The plain loop is that of stockinette. Beds are as far apart as the mean length of yarn in a stitch says.
+    """
+    plain = LoopTarget(rule.course, NEEDLES, radius, 0.0).drawn(rule.length)
+    along, up = np.array([NEEDLES, 0.0, 0.0]), np.array([0.0, rule.course, 0.0])
+    rows, columns = len(stitches), len(stitches[0])
+    drawing = Drawing(plain.control_points, NEEDLES, rule.course, 2 * radius, BEHIND * 2 * radius)
+    flat = [drawing.row(row) + number * up for number, row in enumerate(stitches_of(stitches))]
+    side = sides(stitches).astype(float)
+    bed = side - side.mean(
+        axis=1, keepdims=True
+    )  # rows of one letter stay in the plane: loops are transferred
+    count = len(plain.control_points)
+    upper = (np.arange(count) > count // 4) & (np.arange(count) < 3 * count // 4)
+    depth = np.where(
+        upper, np.roll(bed, -1, axis=0)[..., None], bed[..., None]
+    )  # heads hang on the row above
+    depth[..., 0] = 0.5 * (bed + np.roll(bed, 1, axis=1))
+    middle = 0.5 * (bed + np.roll(bed, -1, axis=0))
+    depth[..., [count // 4, 3 * count // 4]] = middle[..., None]
+
+    def curves(apart: float) -> list[CatmullRom]:
+        moved = [
+            points + np.outer(apart * z.ravel(), [0, 0, 1]) for points, z in zip(flat, depth, strict=True)
+        ]
+        return [CatmullRom(points, columns * along) for points in moved]
+
+    def excess(apart: float) -> float:
+        length = sum(curve.segment_lengths().sum() for curve in curves(apart)) / (rows * columns)
+        return length / plain.length - 1 - more * transitions(stitches)
+
+    apart = brentq(excess, 0.0, rule.length) if bed.any() else 0.0
+    size = {"wale_spacing": NEEDLES, "course_spacing": rule.course, "loops": columns, "rows": rows}
+    periods = np.array([columns * along, rows * up])
+    return knit_of_rows(
+        curves(apart), plain, columns, columns, rows, specimen="cell", made_of=size, periods=periods
+    )
+
+
 def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float]:
     """Return width and height of a stitch at rest [m]: mean of the repeat, which is one cell.
 
@@ -110,17 +155,15 @@ def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float
     worsted = load_scene(SCENE)
     share, diameter = TEX / WORSTED, rule.diameter
     bending = worsted.yarn.bending * share  # fibres of the same kind that slide freely
-    length = rule.length * (1 + more * transitions(stitches))
-    course = rule.course + rule.rise * (length - rule.length)
     pressing = worsted.yarn.pressing * worsted.yarn.diameter**2 / worsted.yarn.bending
     scene = worsted.vary(
         {
             "pattern.stitches": list(stitches),
             "pattern.loops": len(stitches[0]),
             "pattern.rows": len(stitches),
-            "pattern.loop_length": length,
+            "pattern.loop_length": rule.length,
             "pattern.wale_spacing": NEEDLES,
-            "pattern.course_spacing": course,
+            "pattern.course_spacing": rule.course,
             "yarn.diameter": diameter,
             "yarn.bending": bending,
             "yarn.twisting": bending * worsted.yarn.twisting / worsted.yarn.bending,
@@ -133,12 +176,12 @@ def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float
             "solver.correction_tolerance": 1e-3,
         }
     )
-    drawn_radius = 0.5 * diameter * scene.geometry.diameter_share
-    target = LoopTarget(course, NEEDLES, drawn_radius, 0.0, length, tuple(stitches))
-    columns, rows = len(stitches[0]), len(stitches)
-    fabric = endless_cell_of_stitches(target, columns, rows)
-    rest = relax(scene, fabric_dataset(fabric))
-    return {"width": rest.attrs["cell_width"] / columns, "height": rest.attrs["cell_height"] / rows}
+    radius = 0.5 * diameter * scene.geometry.diameter_share
+    rest = relax(scene, fabric_dataset(drawn_on_needles(stitches, rule, radius, more)))
+    return {
+        "width": rest.attrs["cell_width"] / len(stitches[0]),
+        "height": rest.attrs["cell_height"] / len(stitches),
+    }
 
 
 def read_measured() -> pd.DataFrame:
@@ -187,8 +230,8 @@ def predict(measured: pd.DataFrame, shapes: pd.DataFrame) -> pd.DataFrame:
     """Return width, height and their intervals by swatch [mm].
 
     The band of shapes at rest of a repeat is the relative difference of its starts; repeats larger than `MOST` have the
-    mean band of the others. The half-width of an interval is the root of the sum of the squares of the band, of `LENGTH`
-    and of `OTHERS`.
+    mean band of the others. The half-width of an interval is the root of the sum of the squares of the band, of
+    `LENGTH` and of `OTHERS`.
     """
     names = [" ".join(repeat) for repeat in measured["repeat"]]
     columns: dict[str, object] = {"stitches": measured["stitches (bottom row first)"]}
