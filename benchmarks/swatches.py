@@ -36,9 +36,7 @@ from knitstudy.run.configuration import load_scene
 
 MEASURED, KEPT = RESOURCES / "measured" / "knitdb.csv", RESOURCES / "swatches.csv"
 SHAPES = Path("results/swatches.csv")
-SCENE = (
-    "fabric-acrylic-stockinette-course-free"  # of the worsted acrylic, whose laws are scaled to a finer yarn
-)
+SCENE = "fabric-acrylic-stockinette-course-free"  # worsted acrylic, whose laws are scaled to a finer yarn
 WORSTED, TEX = 500.0, 2 * 1000 / 30  # tex; 2/30 is taken as two plies of Nm 30
 
 PATTERN, WHOLE = 60, 84  # stitches along a side, without the border and with it
@@ -50,28 +48,27 @@ RULED = (STOCKINETTE, GARTER)  # what the rule was found on
 
 @dataclass(frozen=True)
 class Rule:
-    """What all swatches have in common. Lengths in m."""
+    """What all swatches have in common. Lengths in m.
 
-    length: float = 6.3e-3  # of yarn in a loop of stockinette
-    diameter: float = 0.34e-3  # the worsted yarn's, 0.841 mm, at the same packing would be 0.31 mm
-    friction: float = 0.3
+    Loops of stockinette are drawn with these rows apart, at the distance of needles. The worsted yarn's diameter of
+    0.841 mm, at the same packing, would be 0.31 mm.
+    """
+
+    length: float = 6.6e-3  # of yarn in a loop of stockinette
+    diameter: float = 0.36e-3
+    friction: float = 0.4
     set: float = 0.3  # share of the curvature of the drawn loop that is free of stress
-    course: float = (
-        1.79e-3  # spacing at which a loop of stockinette is drawn; the wale spacing is that of needles
-    )
-    rise: float = (
-        0.58  # of that spacing with the length: legs of all drawn loops lean over their neighbours as far
-    )
+    course: float = 1.95e-3
 
 
 RULE = Rule()
-STARTS = {"rule": RULE, "long": replace(RULE, course=1.88e-3)}
-"""Drawn shapes, from which friction leads to different shapes at rest: with rows farther apart, loops lean less."""
+STARTS = {"rule": RULE, "long": replace(RULE, course=2.05e-3), "slippery": replace(RULE, friction=0.2)}
+"""Friction holds a band of shapes: with drawn rows farther apart, and with less friction, others are found."""
 
-MOST = 2  # stitches of a repeat that is relaxed from all starts
+MOST = 4  # stitches of a repeat that is relaxed from all starts
 LENGTH, OTHERS = 0.05, 0.04
 """Relative half-widths of intervals: for the yarn in a loop, which sizes are proportional to, more by as much for each
-transition a stitch; and for the diameter, friction and beams of a whole radius."""
+transition a stitch; and for the diameter and beams of a whole radius."""
 
 
 def repeat_of(text: str) -> tuple[str, ...]:
@@ -229,7 +226,7 @@ def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
 def predict(measured: pd.DataFrame, shapes: pd.DataFrame) -> pd.DataFrame:
     """Return width, height and their intervals by swatch [mm].
 
-    The band of shapes at rest of a repeat is the relative difference of its starts; repeats larger than `MOST` have the
+    The band of shapes at rest of a repeat is the relative range over all starts; repeats larger than `MOST` have the
     mean band of the others. The half-width of an interval is the root of the sum of the squares of the band, of
     `LENGTH` and of `OTHERS`.
     """

@@ -11,6 +11,7 @@ says what stays of the drawn one:
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -33,6 +34,8 @@ from knitstudy.knit.scene.sections import Geometry, Pattern, Yarn
 from knitstudy.knit.scene.specimens import Crossing, Looped
 from knitstudy.knit.scene.stitches import is_plain
 
+log = logging.getLogger(__name__)
+
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
 MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
 WIDEST = 2.0  # stretch across the wales, and one over the least, among which the drawn length is looked for
@@ -44,6 +47,8 @@ def lay_out(scene: Scene) -> xr.Dataset:
 
     A knit has the initial control points as well and, for both states "before" and "after", the terms of F, length,
     smallest radius of curvature, deepest penetration, gaps and angles.
+    A cell that is drawn for a thinner yarn (`geometry.diameter_share`) and whose loops cannot be fitted is drawn as
+    cells with tucks are (`stitch_mesh`); it has none of these.
     Raises GeometryError when no valid knit comes out.
 
     Examples
@@ -65,6 +70,14 @@ def lay_out(scene: Scene) -> xr.Dataset:
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
+        if scene.value("geometry.diameter_share") != 1 and pattern.control_points is None:
+            # Drawn for a thinner yarn, which only shapes at rest allow: beams find theirs from any drawing.
+            log.info(
+                "scene %r: no loop was fitted, and it is drawn as loops of tucks are: %s", scene.name, error
+            )
+            return fabric_dataset(
+                endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows)
+            )
         remedy = ""
         if pattern.control_points is not None:
             remedy = (
