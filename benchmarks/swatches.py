@@ -58,11 +58,11 @@ class Rule:
     diameter: float = 0.36e-3
     friction: float = 0.4
     set: float = 0.3  # share of the curvature of the drawn loop that is free of stress
-    course: float = 1.95e-3
+    course: float = 1.9e-3
 
 
 RULE = Rule()
-STARTS = {"rule": RULE, "long": replace(RULE, course=2.05e-3), "slippery": replace(RULE, friction=0.2)}
+STARTS = {"rule": RULE, "long": replace(RULE, course=2.0e-3), "slippery": replace(RULE, friction=0.2)}
 """Friction holds a band of shapes: with drawn rows farther apart, and with less friction, others are found."""
 
 MOST = 4  # stitches of a repeat that is relaxed from all starts
