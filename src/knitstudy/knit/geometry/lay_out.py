@@ -64,20 +64,16 @@ def lay_out(scene: Scene) -> xr.Dataset:
     pattern: Pattern = scene.value("pattern")
     radius = drawn_radius(scene.yarn, scene.value("geometry.diameter_share"))
     if not is_plain(pattern.stitches):
-        return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
+        return _drawn_stitches(pattern, radius)
     try:
         initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"))
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
         if scene.value("geometry.diameter_share") != 1 and pattern.control_points is None:
-            # Drawn for a thinner yarn, which only shapes at rest allow: beams find theirs from any drawing.
-            log.info(
-                "scene %r: no loop was fitted, and it is drawn as loops of tucks are: %s", scene.name, error
-            )
-            return fabric_dataset(
-                endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows)
-            )
+            # Cells of beams that start from rest alone may be drawn for a thinner yarn: they find their shape.
+            log.info("scene %r: stitches are drawn, since no loop was fitted: %s", scene.name, error)
+            return _drawn_stitches(pattern, radius)
         remedy = ""
         if pattern.control_points is not None:
             remedy = (
@@ -112,6 +108,11 @@ def _target(pattern: Pattern, radius: float) -> LoopTarget:
     """Return the target of the loop of a pattern that has no control points."""
     spacings = pattern.course_spacing, pattern.wale_spacing
     return LoopTarget(*spacings, radius, pattern.clearance, pattern.loop_length, pattern.stitches)
+
+
+def _drawn_stitches(pattern: Pattern, radius: float) -> xr.Dataset:
+    """Return a cell of any stitches as it is drawn."""
+    return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
 
 
 def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:
