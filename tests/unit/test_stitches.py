@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from refusals import READ, REFUSED, refusal
 
+from knitstudy.errors import GeometryError
+from knitstudy.knit.geometry import lay_out as geometry_stage
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.fit import LARGEST_CURVATURE, fitted_loop
@@ -222,3 +224,23 @@ def test_needles_that_never_knit_are_refused(plain_scene):
         sides(HALF_CARDIGAN)
     with refusal("must be cell and beam where"):
         plain_scene.vary({"pattern.stitches": ["KP", "KT"], "pattern.loops": 2, "pattern.rows": 2})
+
+
+def test_a_cell_that_comes_to_rest_is_drawn_where_no_loop_can_be_fitted(monkeypatch):
+    """Fits of slack repeats such as ["PK", "KK"] fail after half a minute: this one fails at once."""
+
+    def refuses(*_):
+        raise GeometryError("yarns cross 14 times")
+
+    monkeypatch.setattr(geometry_stage, "fitted_loop", refuses)
+    stitches = {"pattern.stitches": ["PK", "KK"], "pattern.loops": 2, "pattern.rows": 2}
+    rests = load_scene("fabric-acrylic-stockinette-course-free").vary(
+        stitches | {"pattern.loop_length": None}
+    )
+    drawn = fabric_of(lay_out(rests))
+    assert drawn.periods[[0, 1], [0, 1]] == pytest.approx(
+        [2 * rests.pattern.wale_spacing, 2 * rests.pattern.course_spacing]
+    )
+    assert len(drawn.centrelines) == 3
+    with pytest.raises(GeometryError, match="yarns cross 14 times"):
+        lay_out(rests.vary({"geometry.diameter_share": 1.0}))
