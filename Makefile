@@ -73,6 +73,10 @@ test-without-wings: environment  ## pass the unit tests that are left without th
 	@rm -r run/bare/src/knitstudy/use run/bare/src/knitstudy/paper
 	@cd run/bare && PYTHONPATH=src OMP_NUM_THREADS=1 ../../$(BIN)/python -m pytest --quiet tests/unit
 
+.PHONY: knots
+knots: environment  ## solve the book of knots, rods in contact with known answers; resources/benchmarks.csv
+	@$(BIN)/python examples/knots
+
 .PHONY: verify
 verify: environment  ## verify at full resolution, and start every scene; resources/verification.csv
 	@$(BIN)/python -m pytest tests/verification --full --cases --table resources/verification.csv

@@ -29,18 +29,10 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims import GRADES, NOT_RUN
 from knitstudy.paper.claims.verdicts import counted
 from knitstudy.paper.figures import draw
-from knitstudy.paper.report import (
-    REFERENCE,
-    SIMULATED,
-    STUDY,
-    VERDICTS,
-    VERDICTS_KEPT,
-    ScreenPicture,
-    full_study,
-    read_sources,
-)
+from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
+from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
 from knitstudy.paper.tables.reference import limits, values_of
-from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
+from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES, physics_digest
@@ -75,11 +67,19 @@ def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> 
 
 # Verdicts of the full study
 
+STUDY, VERDICTS = "full", "verdicts"
 FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
 FINDINGS = "findings"  # The table that verdicts follow from
-FULL_TABLES, FULL_FIGURES = ("readings", "sweeps"), ("fig11_sweeps", "fig_readings")
+FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
+FULL_FIGURES = ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper .*$", re.MULTILINE)
+
+
+def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:
+    """Return the figures or tables of the full study that can be made of scenes by their names."""
+    scenes = [plan.scenes[name] for name in names]
+    return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
 
 
 def keep_verdicts(config: Path = CONFIG) -> str:
@@ -108,7 +108,9 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         simulations=share,
     )
     readings = read_table(reference_files(config)["readings"])
-    for name in FULL_TABLES:
+    behind = pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]})
+    write_table(stamped(behind, command), FULL_SCENES)
+    for name in filter(set(FULL_TABLES).__contains__, tables.names()):
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
         write_table(stamped(shown_elsewhere, command), FULL / f"{name}.csv")
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
@@ -176,6 +178,10 @@ def summarise(
 
 # The reference: values to which independent discretisations converge
 
+REFERENCE = RESOURCES / "reference" / "reference.csv"
+"""Reference values; a file beside it has the values of single simulations."""
+
+SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
 SEPARATOR = " "  # Between digests, or commits, where values behind the reference are of several
 
 

@@ -1,4 +1,4 @@
-"""knitstudy: how knitted textiles carry load, from yarn geometry to reduced order models."""
+"""knitstudy: how knitted textiles carry load, from yarn geometry to reduced models."""
 
 from pkgutil import resolve_name
 from typing import Any

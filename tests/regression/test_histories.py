@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import yaml
 
 from knitstudy import simulate
 from knitstudy.knit.scene.keys import Section
@@ -18,31 +19,8 @@ from knitstudy.run.configuration import load_scene
 
 RECORDED = Path(__file__).with_suffix(".csv")
 
-ONE = {"pattern.loops": 1, "pattern.rows": 1}
 SHORT = {"load.strain": 0.01, "load.stops": [], "solver.increments": 2}
-SCENES = {
-    "cell-course": {"mesh.degree": 2, "mesh.crossing_degree": 2},
-    "cell-wale-isotropic": {},
-    "fabric-acrylic-stockinette-wale-free": {"load.strain": 0.05, "load.deformation": "course"},
-    "beam-hertz-patch-isotropic-course": {"load.strain": 0.02},
-    "beam-isotropic-wale": {"load.strain": 0.02},
-    "dns-tie-course-coarse": ONE,
-    "dns-tie-course": ONE | {"mesh.size": 0.6},
-    "extreme-pair": {},
-    "pair-slid-coarse": {},
-    "pair-tied-30": {"mesh.size": 0.5, "gates.elements_across": 3.0},
-    "rom2d-tie-wale": {},
-    "rom3d-printed-tie-course": {},
-    "rom3d-patch-tie-wale": {},
-    "reading-whole-beam-isotropic-course": {},
-    "reading-whole-rom3d-tie-course": {},
-    "yarns-isotropic-course": {
-        "load.strain": 0.001,
-        "mesh.span": 1.8,
-        "mesh.crossing_span": 1.8,
-        "contact.cell": 0.5,
-    },
-}
+SCENES = yaml.safe_load(RECORDED.with_suffix(".yaml").read_text())
 """Scenes and the keys in which the recorded ones differ from them."""
 
 

@@ -10,6 +10,7 @@ import pytest
 import study
 import yaml
 
+from knitstudy import registry
 from knitstudy.files import read_table
 from knitstudy.knit.geometry.specimens import yarn_pair
 
@@ -68,6 +69,30 @@ def paper():
 def cases(plain_scene):
     """Made-up scenes of the four cases of tension with all models."""
     return study.scenes(plain_scene)
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """Function that writes the files of a plugin and loads it; it and its entries in registries are gone afterwards.
+
+    Files are called by their names, of which the first one's is the plugin's; `a__b` is the file b of a folder a.
+    """
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.setattr(registry, "_imported", {})
+
+    def load(*registries, **files):
+        for entries in registries:
+            monkeypatch.setattr(entries, "_entries", dict(entries.all()))
+        for name, text in files.items():
+            path = tmp_path / f"{name.replace('__', '/', 1)}.py"
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text)
+        registry.load_plugins([next(iter(files)).partition("__")[0]])
+
+    yield load
+    for name, module in list(sys.modules.items()):
+        if str(getattr(module, "__file__", None)).startswith(f"{tmp_path}/"):
+            del sys.modules[name]
 
 
 HEAVY = "pandas", "xarray", "netCDF4", "scipy", "knitstudy.knit.yarns.solids"

@@ -7,7 +7,6 @@ import synthetic
 from knitstudy.measures.reference import NEEDED, problem_of
 from knitstudy.measures.response import FORCE as FORCES
 from knitstudy.measures.response import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
-from knitstudy.paper.sweeps import DRAWN
 from knitstudy.run.configuration import load_scenes, load_study
 
 CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
@@ -167,6 +166,7 @@ def sprung(contacts):
     }
 
 
+SWEPT = ("yarns-{}-course", "yarns-{}-course-p3", "dns-{}-course")  # simulations of the drawn knit
 DRAWN_LIFT, SURE = 4e-4, 0.01
 """Of the loop as it is drawn [m], of which the largest |u_z| is twice, and the reference's relative uncertainty."""
 
@@ -174,7 +174,7 @@ DRAWN_LIFT, SURE = 4e-4, 0.01
 def swept_scenes():
     """Return the scenes of all sweeps of the study by name."""
     known = load_scenes()
-    drawn = [name.format(kind) for name in DRAWN for kind in ("tie", "isotropic")]
+    drawn = [name.format(kind) for name in SWEPT for kind in ("tie", "isotropic")]
     return {name: known[name] for name in load_study("full") if name in drawn or name.startswith("sweep-")}
 
 

@@ -180,12 +180,6 @@ def _points(knit, strain, friction):
     )
 
 
-def pair_scene(scene, path, angle=90.0, interaction="isotropic"):
-    """Scene of two crossing yarns made from one of a knit."""
-    kind = {"specimen": "pair", "fidelity": "hexahedra", "interaction": interaction}
-    return scene.vary(kind | {"load.path": path, "pair.angle": angle})
-
-
 def contacts_with_springs(contacts, stiffness, axes="global"):
     """Contacts of a 3 x 3 knit whose middle row touches from the second of three states on, with given springs.
 

@@ -1,10 +1,8 @@
 """Laws of contact of beams: a plugin adds one in a file, which figures, names of models and scenes know at once."""
 
-import sys
-
 import pytest
 
-from knitstudy import registry, simulate
+from knitstudy import simulate
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.models.beam import BeamSection
 from knitstudy.knit.models.beam.contact import contact_of
@@ -29,12 +27,8 @@ class Foam(Law):
 """
 
 
-def test_a_plugin_adds_a_law_in_one_file(tmp_path, monkeypatch):
-    (tmp_path / "foam_of_a_test.py").write_text(PLUGIN)
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(registry, "_imported", {})
-    monkeypatch.setattr(LAWS, "_entries", dict(LAWS.all()))
-    registry.load_plugins(["foam_of_a_test"])
+def test_a_plugin_adds_a_law_in_one_file(plugin):
+    plugin(LAWS, foam_of_a_test=PLUGIN)
     assert "foam (a soft power)" in allowed_values(BeamSection, "section")
     changes = {"beam.section": "foam", "load.strain": 1e-3, "load.stops": [], "solver.increments": 1}
     scene = load_scene("beam-isotropic-course").vary(changes)
@@ -42,7 +36,6 @@ def test_a_plugin_adds_a_law_in_one_file(tmp_path, monkeypatch):
     assert label_of(scene) == "beams, foamy"
     assert Look(label_of(scene), *LAWS.find("foam").look).marker == "x"
     assert simulate(scene).history.attrs["beam_section"] == "foam"
-    sys.modules.pop("foam_of_a_test")
 
 
 def test_a_law_that_does_not_exist_is_refused_with_those_that_do():

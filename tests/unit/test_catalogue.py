@@ -1,6 +1,5 @@
 """Figures and tables from outside of the package: one file each, drawn, planned and reported like all others."""
 
-import sys
 from dataclasses import replace
 
 import pytest
@@ -9,10 +8,9 @@ from refusals import refusal
 
 from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
-from knitstudy.knit.scene.kinds import INTERACTIONS, SPECIMENS
+from knitstudy.knit.scene.kinds import INTERACTIONS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.stitches import STITCHES, wrong_stitches
-from knitstudy.registry import load_plugins
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes
 from knitstudy.run.plan import Plan
@@ -47,18 +45,6 @@ def stiffness(rom3d, contacts):
 
 
 @pytest.fixture
-def toy(tmp_path, monkeypatch):
-    """Name of a module outside of the package that is not imported yet."""
-    (tmp_path / "toydisplays.py").write_text(TOY)
-    monkeypatch.syspath_prepend(tmp_path)
-    for catalogue in (FIGURES, TABLES):
-        monkeypatch.setattr(catalogue, "_entries", dict(catalogue.all()))
-    load_plugins(["toydisplays"])
-    yield "toydisplays"
-    del sys.modules["toydisplays"]
-
-
-@pytest.fixture
 def scenes(plain_scene):
     return list(study.scenes(plain_scene).values())
 
@@ -68,9 +54,10 @@ def displays(catalogue, scenes, reference=None):
 
 
 @pytest.mark.wings
-def test_they_are_planned_from_the_scenes_of_a_study(toy, scenes):
+def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
+    plugin(FIGURES, TABLES, toydisplays=TOY)
     made = FIGURES.find("toy_curve").make, TABLES.find("toy_stiffness").make
-    assert {each.__module__ for each in made} == {toy}
+    assert {each.__module__ for each in made} == {"toydisplays"}
     assert (FIGURES.names()[0], FIGURES.names()[-1]) == ("fig15_force_strain", "toy_curve"), (
         "of no place: last"
     )
@@ -123,26 +110,6 @@ INTERACTIONS.register(
 '''
 
 
-@pytest.fixture
-def plugin(tmp_path, monkeypatch):
-    """Function that imports a module written for it; its entries in registries are forgotten afterwards."""
-    monkeypatch.syspath_prepend(tmp_path)
-    before = [kinds.names() for kinds in (SPECIMENS, INTERACTIONS)]
-    written = []
-
-    def load(name, text):
-        (tmp_path / f"{name}.py").write_text(text)
-        written.append(name)
-        load_plugins([name])
-
-    yield load
-    for kinds, known in zip((SPECIMENS, INTERACTIONS), before, strict=True):
-        for name in set(kinds.names()) - {*known}:
-            del kinds._entries[name]
-    for name in written:
-        sys.modules.pop(name, None)
-
-
 LONG = """
 import numpy as np
 from knitstudy.knit.geometry.stitch_mesh import loop
@@ -157,10 +124,9 @@ STITCHES.register(StitchKind("D", "a deep knit", 1, draw=long))
 """
 
 
-def test_a_stitch_is_one_file(plugin, monkeypatch):
+def test_a_stitch_is_one_file(plugin):
     """Its letter, its meaning, and how it is drawn."""
-    monkeypatch.setattr(STITCHES, "_entries", dict(STITCHES.all()))
-    plugin("deep_stitch", LONG)
+    plugin(STITCHES, deep_stitch=LONG)
     target = LoopTarget(2.2e-3, 3.3e-3, 0.22e-3, 0.0)
     lengths = [
         endless_cell_of_stitches(replace(target, stitches=(row,)), 2, 1).centrelines[0].length
@@ -172,7 +138,7 @@ def test_a_stitch_is_one_file(plugin, monkeypatch):
 
 def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     scene = load_scenes(config)["dns-a"]
-    plugin("sticky_yarns", STICKY)
+    plugin(INTERACTIONS, sticky_yarns=STICKY)
     sticky = scene.vary({"interaction": "sticky", "contact.adhesion": 1e5})
     assert sticky.contact.adhesion == 1e5
     assert sticky.contact.points == scene.replace("interaction", "rough").contact.points

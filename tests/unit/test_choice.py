@@ -153,27 +153,28 @@ def test_the_endless_cell_is_offered_where_a_knit_has_no_promise(ask):
         ask({"pattern.loops": 30}, accuracy=0.05)
 
 
+def planned(accuracy, **size):
+    """Return what the command said of the made-up knit at an accuracy, with other numbers of cells."""
+    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", accuracy]
+    changes = LOOP | {f"pattern.{name}": count for name, count in size.items()}
+    arguments += [each for key, value in changes.items() for each in ("--set", f"{key}={value}")]
+    return CliRunner().invoke(main, arguments)
+
+
 def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept, monkeypatch, tmp_path):
-    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
-    for key, value in LOOP.items():
-        arguments += ["--set", f"{key}={value}"]
-    asked, taken, offer, *rest = CliRunner().invoke(main, arguments).stdout.splitlines()
+    asked, taken, offer, *rest = planned("0.05").stdout.splitlines()
     assert asked == "yarns-tie-course: force within 5 %, tie"
     assert taken.startswith("take network: error at most ")
     assert offer.startswith("if no edges matter, specimen: cell by yarns2")
     assert sum(line.endswith("\ttaken") for line in rest) == 1
     monkeypatch.setattr(choice, "TRADE_KEPT", made(tmp_path / "few.csv", 5))
-    message = CliRunner().invoke(main, arguments).stderr.splitlines()
-    assert len(message) == 1
-    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message[0]
+    (message,) = planned("0.05").stderr.splitlines()
+    assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message
 
 
 def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_costs(ask):
     """Costs of 30 x 30 cells by the laws of jobs, errors of 4 x 4 cells by the sample."""
-    arguments = ["plan", "yarns-tie-course", "--question", "force", "--accuracy", "0.05"]
-    for key, value in (LOOP | {"pattern.loops": 30, "pattern.rows": 30}).items():
-        arguments += ["--set", f"{key}={value}"]
-    offer, without, head, *rows = CliRunner().invoke(main, arguments).stdout.splitlines()
+    offer, without, head, *rows = planned("0.05", loops=30, rows=30).stdout.splitlines()
     assert offer.startswith("if no edges matter, specimen: cell by yarns2: error at most ")
     assert without.startswith("no error is promised of 30 x 30 cells")
     assert head.split("\t") == ["model", "seconds", "MB", "error at most on 4 x 4 cells [%]"]
@@ -188,10 +189,8 @@ def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     knit = LOOP | {"pattern.loops": 30, "pattern.rows": 30}
     problem, _, _ = problem_of("yarns-tie-course", knit)
     write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
-    changes = [each for key, value in knit.items() for each in ("--set", f"{key}={value}")]
-    plan = ["plan", "yarns-tie-course", "--question", "force", *changes]
-    assert "take network: error at most 3 %" in CliRunner().invoke(main, [*plan, "--accuracy", "0.05"]).stdout
-    message = CliRunner().invoke(main, [*plan, "--accuracy", "0.01"])
+    assert "take network: error at most 3 %" in planned("0.05", loops=30, rows=30).stdout
+    message = planned("0.01", loops=30, rows=30)
     assert message.exit_code == 1
     assert "ask.accuracy is 0.01, but nearest comes network" in message.stderr
 

@@ -121,14 +121,7 @@ def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, m
     assert "unknown key 'plugin' (did you mean 'plugins'?)" in message(knitstudy("check", config))
 
 
-@pytest.mark.parametrize(
-    ("when_imported", "when_run", "reason"),
-    [
-        ("raise SystemExit(0)", "", "plugins: 'ends' cannot be imported: SystemExit: 0"),
-        ("", "raise SystemExit(0)", "plugin 'ends' ended the command: SystemExit: 0;"),
-        ("", "1 / 0", "plugin 'ends' ended the command: ZeroDivisionError: division by zero;"),
-    ],
-)
+@pytest.mark.parametrize(("when_imported", "when_run", "reason"), REFUSED["plugins"])
 def test_plugin_that_exits_or_raises_ends_a_run(
     knitstudy, config, monkeypatch, when_imported, when_run, reason
 ):
@@ -286,6 +279,7 @@ def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)
 
 
+@pytest.mark.wings
 def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
     from knitstudy.use.commands import curves
 

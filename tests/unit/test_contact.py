@@ -115,9 +115,6 @@ def test_traction_is_the_trial_or_the_limit():
     np.testing.assert_allclose(LAW.slipped(trial, pressure), [0, 0.1, 0, 0])
 
 
-RNG = np.random.default_rng(0)
-
-
 @pytest.mark.parametrize("offset", [0.0, 0.05])
 def test_gauss_points_stand_for_the_area_of_the_contact_surface(offset):
     nodes, grid = tube(angles=24)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from half_spaces import hertz_ellipse
-from refusals import refusal
+from refusals import READ, refusal
 
 from knitstudy.knit.contacts.contacts import extract, indented
 from knitstudy.knit.contacts.facets import (
@@ -251,18 +251,7 @@ def test_force_of_a_crossing_is_that_on_the_lower_yarns_nodes(touching, mesh):
 AROUND = 8
 
 
-@pytest.mark.parametrize(
-    ("cells", "zones"),
-    [
-        ([(3, 3)], 1),
-        ([(3, 3), (4, 3)], 1),
-        ([(3, 3), (4, 4)], 1),  # a corner
-        ([(3, 3), (3, 5)], 2),
-        ([(3, 0), (3, 7)], 1),  # around the yarn
-        ([(3, 7), (4, 0)], 1),
-        ([(3, 0), (4, 6)], 2),
-    ],
-)
+@pytest.mark.parametrize(("cells", "zones"), READ["zones of facets"])
 def test_facets_that_share_an_edge_or_a_corner_are_one_zone(cells, zones):
     cells = np.array(cells)
     assert count_zones(np.zeros(len(cells), dtype=int), cells, AROUND, 1).tolist() == [zones]
@@ -284,17 +273,7 @@ def test_pieces_make_up_all_of_the_yarns(knit, cut):
         assert length[cut.yarn == yarn].sum() == pytest.approx(centreline.length, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("kind", "count", "yarns"),
-    [
-        ("head", 9, 1),
-        ("interlock, left", 9, 2),
-        ("interlock, right", 9, 2),
-        ("leg, left", 6, 1),
-        ("leg, right", 6, 1),
-        ("sinker", 6, 1),
-    ],
-)
+@pytest.mark.parametrize(("kind", "count", "yarns"), READ["segments"])
 def test_segments_of_a_knit(cut, kind, count, yarns):
     assert (cut.kind == KINDS.index(kind)).sum() == count
     assert len(pieces(cut, kind)) == yarns * count
@@ -307,11 +286,6 @@ def test_a_piece_that_meets_no_other_yarn_is_no_segment(knit, cut):
     outside = (cut.of_piece == NO_SEGMENT) & ~ends
     assert {0: 2, 3: 3} == {yarn: int((outside & (cut.yarn == yarn)).sum()) for yarn in (0, 3)}
     assert not np.any(outside & np.isin(cut.yarn, (1, 2)))
-
-
-@pytest.fixture
-def scene(plain_scene):
-    return plain_scene.vary({"fidelity": "hexahedra", "interaction": "isotropic"})
 
 
 @pytest.mark.parametrize(("direction", "edge"), [("course", "row"), ("wale", "column")])

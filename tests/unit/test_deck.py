@@ -17,7 +17,6 @@ from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.use.decks.deck import Interaction, specimen_deck
 from knitstudy.use.decks.inp import write_inp
 
-# Corners of the faces S1 to S6 of C3D8, from its definition.
 E, NU = 1.3e9, 0.42
 G, K = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
 DIALECTS = pytest.mark.parametrize("dialect", ["abaqus", "calculix"])

@@ -1,6 +1,5 @@
 """Fabrics: crossings that are found from curves, grips, pieces, files of one's own."""
 
-import sys
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +7,6 @@ import pandas as pd
 import pytest
 from refusals import refusal
 
-from knitstudy import registry
 from knitstudy.files import write_dataset
 from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
@@ -123,50 +121,40 @@ def test_a_file_that_holds_no_fabric_is_refused(loop):
         fabric_of(dataset.drop_vars("curve_points"))
 
 
-@pytest.fixture(scope="module")
-def weave():
-    """Three warps and two wefts of a plain weave: sine waves that pass over and under each other."""
-    pitch, height = 6e-3, 1.05 * RADIUS
-    u = np.arange(16) / 16
-
-    def wave(shift, along, across, sign):
-        place = 2 * pitch * (u - 0.25)
-        points = np.outer(place, along) + np.outer(np.full(16, shift), across)
-        points[:, 2] = sign * height * np.cos(np.pi * place / pitch)
-        return Centreline(CatmullRom(points, 2 * pitch * np.array(along)), 2)
-
-    x, y = np.eye(3)[:2]
-    warps = [wave(k * pitch, y, x, (-1) ** k) for k in range(3)]
-    return of_curves([*warps, *(wave(k * pitch, x, y, -((-1) ** k)) for k in range(2))], RADIUS)
-
-
-def test_models_take_any_fabric(weave, plain_scene):
-    """Wefts of a weave that are pulled: tied solid yarns, and beams that touch with friction."""
-    wefts = np.array([3, 4])
-    ends = np.array([weave.centrelines[yarn].length for yarn in wefts])[:, None] * [1, 1]
-    fabric = replace(weave, grips={"course": (Grip(wefts, 0 * ends), Grip(wefts, ends))})
-    scene = plain_scene.vary({"load.strain": 0.01, "solver.increments": 1})
-    solid = scene.vary({"fidelity": "spline_yarns", "mesh.spline_degree": 2})
-    beams = scene.vary({"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"})
-    solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
-    touching = solve_load_path(beams_in_contact.build(beams, fabric))
-    assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1), "of 25 N"
-
-
 RADIUS_FILE = 0.1e-3
+PITCH = 20 / 3 * RADIUS_FILE
 
 
 def wave(shift, sign):
     """A yarn along x that passes over and under others."""
-    x = np.linspace(0, 2e-3, 17)
-    return np.stack([x, np.full(17, shift), sign * 1.05 * RADIUS_FILE * np.cos(2 * np.pi * x / 1e-3)], axis=1)
+    x = np.linspace(0, 4 * PITCH, 17)
+    return np.stack([x, np.full(17, shift), sign * 1.05 * RADIUS_FILE * np.cos(np.pi * x / PITCH)], axis=1)
 
 
-def weft(shift, sign):
-    return wave(shift, sign)[:, [1, 0, 2]] + [0, -0.5e-3, 0]
+def warp(shift, sign):
+    return wave(shift, sign)[:, [1, 0, 2]] + [0, -PITCH, 0]
 
 
-YARNS = [wave(0.0, 1), wave(0.5e-3, -1), weft(0.5e-3, -1), weft(1e-3, 1)]
+YARNS = [wave(0.0, 1), wave(PITCH, -1), warp(PITCH, -1), warp(2 * PITCH, 1)]
+
+
+def weave():
+    """Two wefts and two warps of a plain weave."""
+    return of_curves([centreline(each) for each in YARNS], RADIUS_FILE)
+
+
+def test_models_take_any_fabric(plain_scene):
+    """Wefts of a weave that are pulled: tied solid yarns, and beams that touch with friction."""
+    wefts, fabric = np.array([0, 1]), weave()
+    ends = np.array([fabric.centrelines[yarn].length for yarn in wefts])[:, None] * [1, 1]
+    fabric = replace(fabric, grips={"course": (Grip(wefts, 0 * ends), Grip(wefts, ends))})
+    thin = {"yarn.diameter": 2 * RADIUS_FILE, "load.strain": 0.01, "solver.increments": 1}
+    scene = plain_scene.vary(thin)
+    solid = scene.vary({"fidelity": "spline_yarns", "mesh.spline_degree": 2})
+    beams = scene.vary({"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"})
+    solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
+    touching = solve_load_path(beams_in_contact.build(beams, fabric))
+    assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1)
 
 
 def garter():
@@ -178,7 +166,7 @@ MADE = {
     "cut_knit": lambda loop: cut_cells(loop, 2, 1),
     "cell": lambda loop: endless_cell(garter(), 1, 2),
     "pair": lambda loop: yarn_pair(RADIUS_FILE, 60.0, 2e-3, 0.1),
-    "curves": lambda loop: of_curves([centreline(each) for each in YARNS], RADIUS_FILE),
+    "curves": lambda loop: weave(),
 }
 
 
@@ -259,17 +247,12 @@ READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(f
 """
 
 
-def test_a_plugin_of_one_file_adds_a_reader(tmp_path, monkeypatch):
-    (tmp_path / "pairs_of_a_test.py").write_text(PLUGIN)
+def test_a_plugin_of_one_file_adds_a_reader(tmp_path, plugin):
     (tmp_path / "a.pair").write_text("0.5e-3")
     with refusal(r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc"):
         read_fabric(tmp_path / "a.pair")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(registry, "_imported", {})
-    registry.load_plugins(["pairs_of_a_test"])
+    plugin(readers.READERS, pairs_of_a_test=PLUGIN)
     assert read_fabric(tmp_path / "a.pair").radius == 0.5e-3
-    readers.READERS._entries.pop(".pair")
-    sys.modules.pop("pairs_of_a_test")
 
 
 @pytest.fixture(scope="module")

@@ -23,9 +23,12 @@ from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import closest_neighbour
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.reference import Reference
+from knitstudy.measures.response import FORCE
 from knitstudy.paper import figures
 from knitstudy.paper.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
-from knitstudy.paper.figures.fig15_force_strain import CUT
+from knitstudy.paper.figures.fig15_force_strain import CUT, draw_reference
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use import solids, style
 from knitstudy.use.solids import Picture, RenderingError, Surface, View, arrow, sphere, tube
@@ -180,6 +183,15 @@ def test_figure_that_cannot_be_rendered_is_left_out_with_a_note(results, monkeyp
     (note,) = figure.texts
     assert "is left out: VTK cannot render here" in note.get_text().replace("\n", " ")
     assert caplog.messages == ["fig01_unit_cell is left out: VTK cannot render here"]
+
+
+def test_marks_of_the_reference_end_where_the_axis_ends():
+    reference = Reference({(FORCE, strain): Estimate(100 * strain, 0.1) for strain in (0.01, 0.02, 0.05)})
+    for end, marks in ((5.0, [1.0, 2.0, 5.0]), (1.0, [1.0]), (0.6, None)):
+        axes = style.figure(80.0, 60.0).subplots()
+        axes.set_xlim(0, end)
+        draw_reference(axes, reference)
+        assert [list(line.get_xdata()) for line in axes.lines[:1]] == ([] if marks is None else [marks])
 
 
 def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from contextlib import contextmanager
 
 import netCDF4
 import numpy as np
@@ -53,34 +54,35 @@ def test_a_power_cut_leaves_the_old_file_or_the_whole_new_one(tmp_path, monkeypa
     assert done == [str(temporary), (str(temporary), str(tmp_path / "a.csv")), str(tmp_path)]
 
 
+@contextmanager
+def held_by_another_program(opened, path):
+    """Have another process open a file, by the expression `opened` of its path, while the block runs."""
+    code = f"import fcntl, netCDF4, sys, time; path = sys.argv[1]; f = {opened}; print(flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", code, str(path)], stdout=subprocess.PIPE) as other:
+        other.stdout.readline()
+        try:
+            yield
+        finally:
+            other.kill()
+
+
 def test_files_that_others_write_are_left_alone(tmp_path):
     """Processes in two containers may have one number: the lock of the temporary file tells, and nothing else."""
     live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
     dead.write_text("half")
     live.write_text("half")
-    hold = "import fcntl, sys, time; f = open(sys.argv[1], 'wb'); fcntl.lockf(f, fcntl.LOCK_EX); print(flush=True)"
-    hold += "; time.sleep(60)"
-    with subprocess.Popen([sys.executable, "-c", hold, f"{live}.lock"], stdout=subprocess.PIPE) as other:
-        other.stdout.readline()
+    with held_by_another_program("open(path, 'wb'); fcntl.lockf(f, fcntl.LOCK_EX)", f"{live}.lock"):
         with replacing(tmp_path / "a.csv") as temporary:
             temporary.write_text("new")
         assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, f"{live.name}.lock", "a.csv"]
-        other.kill()
 
 
 def test_a_result_that_another_program_writes_to_is_not_called_broken(tmp_path, dataset):
     write_dataset(dataset, tmp_path / "a.nc")
-    hold = (
-        "import netCDF4, sys, time; f = netCDF4.Dataset(sys.argv[1], 'a'); print(flush=True); time.sleep(60)"
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", hold, str(tmp_path / "a.nc")], stdout=subprocess.PIPE
-    ) as other:
-        other.stdout.readline()
+    with held_by_another_program("netCDF4.Dataset(path, 'a')", tmp_path / "a.nc"):
         for read in (read_dataset, recorded_digest):
             with refusal(r"a\.nc: another program.* holds the file open"):
                 read(tmp_path / "a.nc")
-        other.kill()
     assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
 
 

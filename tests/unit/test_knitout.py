@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 import pytest
-from refusals import READ, refusal
+from refusals import READ, REFUSED, refusal
 
 from knitstudy.knit.geometry.readers import read_fabric
 from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
@@ -210,22 +210,12 @@ def test_what_cannot_be_knitted_or_simulated_is_named(tmp_path, lines, reason):
         repeat_of(knitted(tmp_path / "a.k", *lines))
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "reason"),
-    [
-        (";;Gauge: 15", ";;Gauge: fine", "'fine' but must be needles per inch"),
-        (";;Gauge: 15\n", "", "names no ;;Gauge:"),
-        (HEAD, "", "is empty"),
-        (HEAD, HEAD, "has no stitches"),
-        ("", "", "there is no such file"),
-    ],
-)
-def test_files_without_gauge_or_stitches(tmp_path, old, new, reason):
-    path = tmp_path / "a.k"
-    if "Gauge" in reason or "inch" in reason:
-        path.write_text((FILES / "rib.k").read_text().replace(old, new))
-    elif old:
-        path.write_text(new)
+@pytest.mark.parametrize(("text", "reason"), REFUSED["knitout"])
+def test_files_without_gauge_or_stitches(tmp_path, text, reason):
+    """HEAD are the first lines of a file; BEGIN and RIB are what a file of a rib has before and after its gauge."""
+    path, rib = tmp_path / "a.k", (FILES / "rib.k").read_text().partition(";;Gauge: 15\n")
+    if text is not None:
+        path.write_text(text.format(HEAD=HEAD, BEGIN=rib[0], RIB=rib[2]))
     with refusal(reason):
         read_fabric(path)
 
@@ -256,11 +246,9 @@ def test_yarns_that_take_over_inside_a_row_are_one(tmp_path, caplog):
 
 def test_letters_say_which_loops_each_is_drawn_through():
     """A half cardigan: the knit stitch over a tuck is drawn through the tuck and the loop below it."""
-    parents = parents_of_letters(("KP", "KT"), 4, 2)
-    assert sorted(parents[2, 1]) == [(1, 0), (2, 0)]
-    assert parents[1, 1] == []
-    assert parents[1, 0] == [(1, 0)]
-    assert parents_of_letters(("K>K(", "KK"), 2, 2)[1, 1] == [(1, 1)]
+    parents = parents_of_letters(("KP", "KT"))
+    assert parents == {(0, 0): {(1, 0)}, (0, 1): {(1, 0), (2, 0)}, (1, 0): {(1, 0)}}
+    assert parents_of_letters(("K>K(", "KK"))[1, 1] == {(1, 1)}
 
 
 def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):

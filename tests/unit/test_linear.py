@@ -211,7 +211,6 @@ def _rows(total):
     return zip(total.indptr[:-1], total.indptr[1:], strict=True)
 
 
-# Two quadrilaterals side by side: 0 1 2 over 3 4 5.
 @pytest.mark.parametrize("kind", ["bsr", "csr"])
 def test_pinned_unknowns_leave_the_others_alone(kind):
     fixed = np.array([1, 6, 7])

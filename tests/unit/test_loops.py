@@ -292,6 +292,3 @@ def test_straight_centreline_is_its_arc_length():
     np.testing.assert_allclose(line.position(s), np.outer(s, [0.6, 0.8, 0]), atol=1e-11)
     np.testing.assert_allclose(line.tangent(s), [[0.6, 0.8, 0]] * 21, atol=EPS)
     np.testing.assert_allclose(line.curvature(s), 0, atol=EPS)
-
-
-WALE_SPLINE, COURSE_SPLINE = 12.0, 20.0

@@ -42,14 +42,7 @@ def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, messa
 CYCLES = "strain (%),force (N/m)\n1,100\n2,300\n4,900\n3,500\n2,200\n0,10\n1,60\n2,250\n4,850\n"
 
 
-@pytest.mark.parametrize(
-    ("asked", "strain", "force"),
-    [
-        ({}, [0.01, 0.02, 0.04], [100, 300, 900]),
-        ({"branch": "unloading"}, [0, 0.02, 0.03, 0.04], [10, 200, 500, 900]),
-        ({"cycle": 2}, [0, 0.01, 0.02, 0.04], [10, 60, 250, 850]),
-    ],
-)
+@pytest.mark.parametrize(("asked", "strain", "force"), READ["branches"])
 def test_a_branch_of_a_cycle_is_taken(tmp_path, asked, strain, force, caplog):
     (tmp_path / "lab.csv").write_text(CYCLES)
     curve = read_curve(tmp_path / "lab.csv", {}, {}, "course", **asked)

@@ -32,11 +32,6 @@ def volumes(mesh):
     return 8 * np.linalg.det(np.einsum("eci,cj->eij", mesh.nodes[mesh.hexahedra], corner))
 
 
-@pytest.fixture
-def two_yarns():
-    return sweep([Straight(12.0), Straight(12.0, (0, 3.0, 0))], Section.butterfly(3, 1), 0.9, Spacing(0.5))
-
-
 def test_volume_of_a_straight_yarn_is_the_cylinder_s():
     mesh = sweep([Straight(12.0)], Section.butterfly(4, 1), 0.9, Spacing(0.3))
     assert volumes(mesh).min() > 0

@@ -1,36 +1,27 @@
 """Models: one object each, also from a plugin, and the data that they get."""
 
-import subprocess
-import sys
-
 import pytest
+from click.testing import CliRunner
 from refusals import refusal
 
 from knitstudy.files import read_dataset
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.models.hexahedra import build as hexahedra
+from knitstudy.knit.scene.kinds import MODELS, role_of
+from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import load_scene
 
-PLUGIN = """
-from dataclasses import replace
-
-from knitstudy.knit.yarns.joints import joint_points
-from knitstudy.knit.yarns.network import problem, spatial_network
-from knitstudy.knit.yarns.joints import contacts_of_crossings
+KEYS = """
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.specimens import Knit
 from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates
+from knitstudy.registry import later
 
 
 class Wires(Section):
     stiffness: float = key("physics", "assumed", default=1.0, unit="1", gt=0, le=1e3)
     "A test."
-
-
-def build(scene, fabric):
-    points = joint_points(fabric, contacts_of_crossings(fabric))
-    stiffer = scene.scaled(stiffness=scene.wires.stiffness)
-    return replace(problem(stiffer, fabric, spatial_network(fabric, points, scene.mesh.beam_size)), scene=scene)
 
 
 class KnitOfWires(Knit):
@@ -41,11 +32,20 @@ class KnitOfWires(Knit):
     wires: Wires = section()
 
 
-MODELS.register(
-    Model(
-        name="wires", meaning="rigidly joined wires", label="wires", parts=(KnitOfWires,), build=build
-    )
-)
+MODELS.register(Model("wires", "rigidly joined wires", (KnitOfWires,), later("wires.build:build")))
+"""
+
+READS = """
+from dataclasses import replace
+
+from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
+from knitstudy.knit.yarns.network import problem, spatial_network
+
+
+def build(scene, fabric):
+    points = joint_points(fabric, contacts_of_crossings(fabric))
+    stiffer = scene.scaled(stiffness=scene.wires.stiffness)
+    return replace(problem(stiffer, fabric, spatial_network(fabric, points, scene.mesh.beam_size)), scene=scene)
 """
 
 SCENES = """
@@ -57,21 +57,24 @@ scenes:
 """
 
 
-def test_a_plugin_of_one_file_adds_a_model_with_keys_of_its_own(tmp_path):
-    """The command runs it, and its own key doubles the force."""
-    (tmp_path / "wires.py").write_text(PLUGIN)
+def test_a_model_is_one_folder_and_a_key_its_section_and_the_code_that_reads_it(
+    plugin, tmp_path, monkeypatch
+):
+    """The command runs it, its own key doubles the force, and enters the digest."""
+    plugin(MODELS, wires____init__=KEYS, wires__build=READS)
     (tmp_path / "own.yaml").write_text(SCENES)
-    options = {"cwd": tmp_path, "capture_output": True, "text": True}
+    monkeypatch.chdir(tmp_path)
     force = []
     for stiffness in ("1", "2"):
         changes = ("--set", f"wires.stiffness={stiffness}", "--set", f"name=wires{stiffness}")
-        command = [sys.executable, "-m", "knitstudy", "run", "own.yaml", "--plugin", "wires", *changes]
-        ended = subprocess.run(command, **options)
-        assert ended.returncode == 0, ended.stderr
-        force.append(
-            float(read_dataset(tmp_path / "runs" / "simulation" / f"wires{stiffness}.nc")["force"][-1])
-        )
+        ended = CliRunner().invoke(main, ["run", "own.yaml", "--plugin", "wires", *changes])
+        assert ended.exit_code == 0, ended.stderr
+        history = read_dataset(tmp_path / "runs" / "simulation" / f"wires{stiffness}.nc")
+        force.append(float(history["force"][-1]))
     assert force[1] == pytest.approx(2 * force[0], rel=1e-9)
+    assert role_of("wires.stiffness") == "physics"
+    scene = load_scene("wires", tmp_path / "own.yaml").replace("wires.stiffness", 2.0)
+    assert scene.read(scene.sections)["wires"] == {"stiffness": 2.0}
 
 
 def test_hexahedra_refuse_endless_yarns(plain_scene, knit):

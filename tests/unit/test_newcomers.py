@@ -1,43 +1,17 @@
 """What a newcomer touches (CONTRIBUTING.md): every kind of part is added by as few files as the page says."""
 
 import re
-import sys
 from pathlib import Path
 
-import pytest
 from matplotlib.figure import Figure
 
 import knitstudy
-from knitstudy import load_scene, registry
-from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.scene.kinds import MODELS, role_of
+from knitstudy import load_scene
 from knitstudy.mechanics.materials import MATERIALS, material_of
 from knitstudy.run.catalogue import FIGURES
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8")
-
-
-@pytest.fixture
-def added(tmp_path, monkeypatch):
-    """Function that writes files by their names, and loads the plugin of the first one's folder or name."""
-    monkeypatch.syspath_prepend(str(tmp_path))
-    monkeypatch.setattr(registry, "_imported", {})
-    for entries in (MATERIALS, MODELS, FIGURES):
-        monkeypatch.setattr(entries, "_entries", dict(entries.all()))
-    before = set(sys.modules)
-
-    def add(**files):
-        for name, text in files.items():
-            path = tmp_path / f"{name.replace('__', '/', 1)}.py"
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text)
-        registry.load_plugins([next(iter(files)).partition("__")[0]])
-
-    yield add
-    for name in set(sys.modules) - before:
-        sys.modules.pop(name)
 
 
 MATERIAL = """
@@ -53,47 +27,10 @@ class Wool(StVenantKirchhoff):
 """
 
 
-def test_a_material_is_one_file(added):
-    added(wool_of_a_test=MATERIAL)
+def test_a_material_is_one_file(plugin):
+    plugin(MATERIALS, wool_of_a_test=MATERIAL)
     yarn = load_scene("cell-course").replace("yarn.material", "wool").yarn
     assert type(material_of(yarn)).__name__ == "Wool"
-
-
-KEYS = """
-from typing import ClassVar
-
-from knitstudy.knit.scene.keys import Section, physics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
-
-
-class Threads(Section):
-    group: ClassVar[str] = "threads"
-
-    count: int = physics("assumed", default=3, ge=1)
-    "A test."
-
-
-class KnitOfThreads(Knit):
-    specimens = ("knit", "cut_knit")
-
-    threads: Threads = section()
-
-
-build = later("threads_of_a_test.build:build")
-MODELS.register(Model("threads", "many threads", "threads", (KnitOfThreads,), build))
-"""
-
-
-def test_a_key_is_its_section_and_the_code_that_reads_it(added):
-    reads = "def build(scene, fabric):\n    return scene.threads.count * len(fabric.centrelines)\n"
-    added(threads_of_a_test____init__=KEYS, threads_of_a_test__build=reads)
-    scene = load_scene("rom2d-tie-course").vary({"fidelity": "threads", "outputs": [], "threads.count": 5})
-    fabric = fabric_of(lay_out(scene))
-    assert scene.kind.fidelity.build(scene, fabric) == 5 * len(fabric.centrelines)
-    assert role_of("threads.count") == "physics"
-    assert "threads" in scene.read(scene.sections), "it enters the digest"
 
 
 FIGURE = """
@@ -108,8 +45,8 @@ def draw(dns):
 """
 
 
-def test_a_figure_of_a_plugin_is_one_file(added):
-    added(toy_of_a_test=FIGURE)
+def test_a_figure_of_a_plugin_is_one_file(plugin):
+    plugin(FIGURES, toy_of_a_test=FIGURE)
     assert isinstance(FIGURES.make("toy", dns=None), Figure)
 
 

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from refusals import refusal
+from refusals import REFUSED, refusal
 
 from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.increment import (
@@ -65,15 +65,7 @@ def cubic():
 PULL = PrescribedDisplacement(np.array([0, 3]), np.array([0.0, 3.0]))
 
 
-@pytest.mark.parametrize(
-    ("fixed", "value", "message"),
-    [
-        ([-1, 0], [1.0, 0.0], r"unknown -1 is prescribed, but unknowns are numbered from 0"),
-        ([0, 4], [0.0, 1.0], r"unknown 4 is prescribed, but the model has 4, numbered from 0"),
-        ([0, 3, 3], [0.0, 1.0, 2.0], r"unknown 3 is prescribed twice, as \[1.0\] and \[2.0\]"),
-        ([0, 3], [0.0], r"1 x 1 values are prescribed, but must be one for each of 1 corners and 2 unknowns"),
-    ],
-)
+@pytest.mark.parametrize(("fixed", "value", "message"), REFUSED["prescribed"])
 def test_wrong_prescribed_unknowns_are_refused(fixed, value, message):
     with refusal(message):
         list(trace(cubic(), PrescribedDisplacement(np.array(fixed), np.array(value)), Settings(), LU()))

@@ -32,11 +32,6 @@ def parts(scene, pair):
     return hexahedra.discretise(scene, pair, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth))
 
 
-@pytest.fixture(scope="module")
-def tie(scene, parts, pair):
-    return tie_crossings(parts, pair, np.ones(1, dtype=bool), 0.183, MODULUS)
-
-
 @pytest.mark.parametrize("rings", [1, 3, 5])
 def test_rule_of_the_disc_is_exact(rings):
     points, weight = polar_rule(rings)
@@ -60,8 +55,6 @@ def test_compliance_that_the_yarns_do_not_show_softens_the_tie(parts, pair):
 
 
 def test_discs_that_overlap_are_refused(knit_of, plain_scene):
-    from knitstudy.knit.mesh.mesher import mesh_fabric
-
     coarse = {"fidelity": "hexahedra", "pattern.loops": 1, "pattern.rows": 1, "mesh.size": 2 / 3}
     scene = plain_scene.vary({**coarse, "gates.elements_across": 2})
     knit = knit_of(scene)
@@ -71,7 +64,6 @@ def test_discs_that_overlap_are_refused(knit_of, plain_scene):
 
 
 NU = 0.42
-PATCH = 0.183
 
 
 def test_short_waves_see_a_half_space():

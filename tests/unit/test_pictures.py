@@ -12,7 +12,7 @@ import pyvista
 import synthetic
 import vtk
 import xarray as xr
-from refusals import refusal
+from refusals import REFUSED, refusal
 from synthetic import history_of as stations_of
 
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -52,21 +52,14 @@ def knit_of_two(plain_scene):
 
 def history_of(fabric, lift=1e-4, strain=(0.0, 0.05)):
     """Return a history in which all yarns rise by `lift` [m] and stretch along x."""
-    stations = [np.linspace(0, curve.length, 40) for curve in fabric.centrelines]
-    place = np.concatenate([curve.position(s) for curve, s in zip(fabric.centrelines, stations, strict=True)])
-    yarn = np.repeat(np.arange(len(stations)), 40)
-    moved = np.stack([np.outer(place[:, 0], [e, 0, 0]) for e in strain])
-    moved[..., 2] += lift * np.arange(len(strain))[:, None]
-    crossings = len(fabric.crossings.yarn)
-    return xr.Dataset(
-        {
-            "strain": ("increment", np.array(strain)),
-            "yarn": ("station", yarn),
-            "arc_length": ("station", np.concatenate(stations)),
-            "centreline": (("station", "xyz"), place),
-            "centreline_displacement": (("increment", "station", "xyz"), moved),
-            "crossing_slip": (("increment", "crossing"), np.outer(strain, np.arange(crossings) + 1.0)),
-        }
+    stations, strains = stations_of(fabric, size=1e-3), np.array(strain)
+    moved = strains[:, None, None] * stations["centreline"].to_numpy() * [1.0, 0.0, 0.0]
+    moved[..., 2] += lift * np.arange(len(strains))[:, None]
+    slip = np.outer(strains, np.arange(len(fabric.crossings.yarn)) + 1.0)
+    return stations.assign(
+        strain=("increment", strains),
+        centreline_displacement=(("increment", "station", "xyz"), moved),
+        crossing_slip=(("increment", "crossing"), slip),
     )
 
 
@@ -131,14 +124,7 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     assert ends.sum() == 2 * AROUND * len(cell.centrelines), "a yarn has two ends"
 
 
-@pytest.mark.parametrize(
-    ("colour", "message"),
-    [
-        ("red", "must be one of u_z, slip, force, stress, pressure"),
-        ("force", "holds only u_z, slip"),
-        ("stress", "no solids are given"),
-    ],
-)
+@pytest.mark.parametrize(("colour", "message"), REFUSED["colours"])
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):
     with refusal(message):
         deformed.deformed(fabric_dataset(knit_of_two), history_of(knit_of_two), RADIUS, colour=colour)

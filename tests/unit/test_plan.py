@@ -1,16 +1,16 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
+import shutil
 import sys
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import netCDF4
 import pytest
 import xarray as xr
-import yaml
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
-from knitstudy import registry
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run import stages as code
@@ -117,31 +117,16 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     assert not list(tmp_path.rglob("*.incomplete.nc"))
 
 
-MEASURED = {
-    "dns-tie-course": (188_928, 918, 35.6),
-    "yarns-tie-course": (11_574, 270, 5.6),
-    "pair-slid-90": (10_944, 270, 9.1),
-    "reference-3x3-rough-course-quadratic-060": (341_352, 2_236, 475),
-    "domain-yarns-tie-course-10x10": (124_830, 698, 90.2),
-    "domain-yarns-isotropic-course-10x10": (124_830, 1_650, 404),
-}
-"""Unknowns, peak of the process [MB], processor time [s]."""
-
-
-@pytest.mark.parametrize("name", MEASURED)
-def test_measured_costs_are_expected(name):
+@pytest.mark.parametrize(("name", "count", "peak", "seconds"), READ["costs"])
+def test_measured_costs_are_expected(name, count, peak, seconds):
     """Unknowns are counted of the loop as drawn; a job may be promised up to twice too much, never too little."""
-    count, peak, seconds = MEASURED[name]
     cost = expected_cost(load_scene(name))
     assert cost.unknowns == pytest.approx(count, rel=0.1)
     assert peak <= cost.memory <= 2 * peak
     assert seconds <= cost.seconds <= 4 * seconds
 
 
-@pytest.mark.parametrize(
-    ("model", "loops", "peak"),
-    [("beams", 6, 367), ("beams", 8, 503), ("beams", 10, 672), ("beams", 30, 2700), ("yarns", 30, 8284)],
-)
+@pytest.mark.parametrize(("model", "loops", "peak"), READ["memory in contact"])
 def test_measured_memory_of_knits_in_contact_is_expected(model, loops, peak):
     scene = load_scene(f"domain-{model}-isotropic-course-10x10")
     keys = {"name": "large", "knit": "large", "pattern.loops": loops, "pattern.rows": loops}
@@ -171,23 +156,7 @@ def test_springs_are_measured_of_the_yarn_and_strain_that_a_network_has():
 @pytest.fixture
 def sprung(config):
     """Folder with a wale tension and a reduced model with springs as well."""
-    scenes = {
-        "dns-course": {},
-        "dns-wale": {"load.direction": "wale"},
-        "rom3d-own": {"fidelity": "rom3d", "rom.contacts_from": "dns-course"},
-        "rom3d-carried": {
-            "fidelity": "rom3d",
-            "rom.contacts_from": "dns-course",
-            "rom.springs_from": "dns-wale",
-        },
-        "beam": {"fidelity": "beam"},
-    }
-    family = {
-        "studies": [],
-        "keys": {"knit": "plain", "interaction": "isotropic"},
-        "scenes": [{"name": name, "keys": keys} for name, keys in scenes.items()],
-    }
-    (config / "scenes" / "small.yaml").write_text(yaml.safe_dump(family))
+    shutil.copy(Path(__file__).parent / "families" / "sprung.yaml", config / "scenes" / "small.yaml")
     return config
 
 
@@ -297,16 +266,13 @@ def test_files_of_a_room_count_and_no_others(package):
     assert code_digest("mesh", "mechanics") != before[1]
 
 
-@pytest.mark.parametrize("path", ["law_of_a_test.py", "law_of_a_test/__init__.py"])
-def test_files_of_a_plugin_count(package, tmp_path, monkeypatch, path):
-    before, folder = code_digest("mesh"), tmp_path / "elsewhere"
-    (folder / path).parent.mkdir(parents=True)
-    (folder / path).write_text("STIFFNESS = 1\n")
-    monkeypatch.syspath_prepend(str(folder))
-    monkeypatch.setattr(registry, "_imported", {})
-    registry.load_plugins(["law_of_a_test"])
+@pytest.mark.parametrize("path", ["law_of_a_test", "law_of_a_test/__init__"])
+def test_files_of_a_plugin_count(package, plugin, path):
+    before = code_digest("mesh")
+    plugin(**{path.replace("/", "__"): "STIFFNESS = 1\n"})
     first = code_digest("mesh")
-    (folder / path).write_text("STIFFNESS = 2\n")
+    (package / f"{path}.py").write_text("STIFFNESS = 2\n")
     code._digest.cache_clear()
     assert len({before, first, code_digest("mesh")}) == 3
-    sys.modules.pop("law_of_a_test")
+    del sys.modules["law_of_a_test"]
+    assert code_digest("mesh") == before, "those of a plugin that is gone do not"

@@ -28,7 +28,6 @@ from knitstudy.paper.claims.verdicts import (
     readings_of,
     under_readings,
 )
-from knitstudy.registry import load_plugins
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes
 
@@ -222,13 +221,8 @@ def tabulate(every, scenes):
 '''
 
 
-def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
+def test_a_claim_and_a_table_are_one_file(sources, plugin):
     """A claim has its row of the rules beside the file."""
-    (tmp_path / "more_claims.py").write_text(PLUGIN)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr("knitstudy.registry._imported", {})
-    for registry in (CLAIMS, TABLES):
-        monkeypatch.setattr(registry, "_entries", dict(registry.all()))
     rules = read_table(RESOURCES / "paper_claims.csv").head(1).assign(id="X1", seen="twice")
 
     def made():
@@ -237,7 +231,7 @@ def test_a_claim_and_a_table_are_one_file(sources, tmp_path, monkeypatch):
 
     with pytest.raises(ConfigurationError, match="claim 'X1' has no rule"):
         made()
-    load_plugins(["more_claims"])
+    plugin(CLAIMS, TABLES, more_claims=PLUGIN)
     verdicts = made()
     assert verdicts.loc[0, ["id", "verdict", "ours"]].tolist() == ["X1", "reproduced", "1.20"]
     assert verdicts.loc[0, "note"].startswith("a claim of a test; DNS of")

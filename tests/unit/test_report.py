@@ -11,7 +11,7 @@ import yaml
 from matplotlib.figure import Figure
 from refusals import refusal
 
-from knitstudy.paper.report import numbers, render
+from knitstudy.paper.report import age_warning, numbers, render
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use.style import save
 
@@ -32,6 +32,7 @@ CAPTIONS = {
     "opening": {
         "asked": "What is asked?",
         "pictures": ["none", "fig09_interactions"],
+        "pulled": ["{{ key('yarn.diameter', '.2g', 1e-3) }} mm thick."],
         "sentences": ["b is {{ value('t', 'a', 'b') }}.", "Left out: {{ value('t', 'c', 'b') }}."],
     },
 }
@@ -160,9 +161,32 @@ def test_a_smaller_study_shows_kept_results_of_the_full_study(pictures, results,
     save(Figure(figsize=(0.5, 0.4)), [tmp_path / "fig11_sweeps.png"], {}, "kept")
     shown = results | {"t": results["geometry"]}
     arguments = REPORT / "template.html", CAPTIONS, one, shown, pd.DataFrame({"file": ["a.nc"]})
-    page = render(*arguments, "reduced", full=tmp_path)
+    page = render(*arguments, "reduced", full=tmp_path, page=tmp_path / "results" / "report.html")
     assert "kept</th>" in page
     assert page.count("(of the full study)") >= 2, "in the title of the table and of the figure"
+    for name, own in (("fig11_sweeps.png", "figures"), ("readings.csv", "tables")):
+        assert f'href="../{name}"' in page, "links open what is shown"
+        assert f"{own}/{name}" not in page
+    assert "fig11_sweeps.pdf" not in page
     assert "(of the full study)" not in render(*arguments, "full", full=tmp_path)
     assert "<iframe" not in page
-    assert 'srcdoc="&lt;b&gt;knit' in render(*arguments, "reduced", turning="<b>knit</b>")
+
+
+def test_a_knit_turns_and_its_keys_say_what_is_pulled(results, plain_scene):
+    captions = CAPTIONS | {"opening": CAPTIONS["opening"] | {"sentences": []}}
+    arguments = REPORT / "template.html", captions, [], results, pd.DataFrame({"file": ["a.nc"]})
+    page = render(*arguments, "reduced", turning=("<b>knit</b>", plain_scene))
+    assert 'srcdoc="&lt;b&gt;knit' in page
+    assert f"<p>{1e3 * plain_scene.yarn.diameter:.2g} mm thick.</p>" in page
+    assert "mm thick" not in render(*arguments, "reduced")
+
+
+def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
+    kept = tmp_path / "scenes.csv"
+    kept.write_text("scene,keys,made\na,0x1,2026-11-28\nb,0x2,2026-11-28\n")
+    assert age_warning(kept, "keys", {"b": "0x2", "a": "0x1", "later": "3"}, "Values", "reference") == ""
+    for today in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
+        warning = age_warning(kept, "keys", today, "Values", "reference")
+        assert warning == (
+            "Values were kept on 2026-11-28; changed since then: keys of b; `make reference` makes them anew."
+        )

@@ -11,8 +11,8 @@ from refusals import refusal
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.history import Motion, Recorder, Stations
-from knitstudy.knit.loading.restart import Checkpoint
 from knitstudy.knit.loading.run import Progress, Run
+from knitstudy.knit.loading.solve import Checkpoint
 from knitstudy.knit.simulate import solve
 from knitstudy.mechanics.increment import Increment, Rate
 from knitstudy.mechanics.model import Response
@@ -139,7 +139,7 @@ def test_a_state_is_any_dataclass(tmp_path, present):
         ({"state.displacement": np.full((1, 3), np.nan)}, r"state\.displacement holds values that are not"),
         ({"column.energy": np.full((3, 6), np.nan)}, r"column\.energy holds values that are not numbers"),
         ({"column.force": np.zeros(2)}, r"column\.force has 2 increments and must have 3"),
-        ({"rate.0": np.ones(4)}, r"rate\.0 has the shape \(4,\) and must have \(3,\)"),
+        ({"rates.0.step": np.ones(4)}, r"rates\.0\.step has the shape \(4,\) and must have \(3,\)"),
         ({"load": 1.5}, r"load is 1\.5 and must lie between 0 and 1"),
         ({"index": np.arange(2)}, "this restart file cannot be used"),
         ({"force": np.array(["a"])}, r"force holds <U1 and must hold numbers"),

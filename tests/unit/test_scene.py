@@ -9,7 +9,7 @@ from refusals import REFUSED, refusal
 
 from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.spline_yarns import SplineYarns
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene, flat
@@ -145,7 +145,7 @@ class GrownKnit(Knit):
 @pytest.fixture
 def grown(scene, monkeypatch):
     """Function to a scene of a model with such a section."""
-    model = Model("growing", "a model that grew", "grown", (GrownKnit,), build=None)
+    model = Model("growing", "a model that grew", (GrownKnit,), build=None)
     monkeypatch.setitem(MODELS._entries, model.name, model)
     return lambda **keys: scene.vary(
         {"fidelity": "growing", "outputs": [], "grown.old": 2.0}
@@ -222,36 +222,8 @@ def test_a_key_that_others_make_idle_is_refused(key):
     assert fabric.scaled(stiffness=1e-6).yarn.pressing == pytest.approx(1e-6 * fabric.yarn.pressing)
 
 
-@pytest.mark.parametrize(
-    ("name", "changes", "message"),
-    [
-        (
-            "yarns-isotropic-course",
-            {"yarn.material": "transversely_isotropic"},
-            r"yarn\.material is 'transversely_isotropic' but must be 'hencky': fidelity beam",
-        ),
-        (
-            "fabric-acrylic-rib-course-free",
-            {},
-            r"yarn\.set is 0\.0 but must be 1\.0: fidelity beam and specimen knit",
-        ),
-        (
-            "cell-course-isotropic",
-            {"fidelity": "beam", "load.start": "rest"},
-            r"load\.start is 'rest' but must be 'drawn'",
-        ),
-    ],
-)
-def test_a_yarn_or_a_load_is_not_lost_in_another_kind(name, changes, message):
+@pytest.mark.parametrize(("name", "changes", "kind", "message"), REFUSED["other kinds"])
+def test_a_yarn_or_a_load_is_not_lost_in_another_kind(name, changes, kind, message):
     scene = load_scene(name).vary(changes)
-    other = {
-        "yarns-isotropic-course": {"fidelity": "beam"},
-        "fabric-acrylic-rib-course-free": {
-            "specimen": "knit",
-            "load.strain": 0.1,
-            "load.direction": "course",
-        },
-        "cell-course-isotropic": {"fidelity": "spline_yarns"},
-    }
     with refusal(message):
-        scene.vary(other[name])
+        scene.vary(kind)

@@ -5,8 +5,10 @@ from itertools import product
 
 import numpy as np
 import pytest
-from refusals import REFUSED, refusal
+from refusals import READ, REFUSED, refusal
 
+from knitstudy.errors import GeometryError
+from knitstudy.knit.geometry import lay_out as geometry_stage
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.fit import LARGEST_CURVATURE, fitted_loop
@@ -108,7 +110,7 @@ def test_repeat_begun_elsewhere_is_the_same_knit(stitches, moved):
 
 
 COURSE_DRAWN, WALE_DRAWN, DIAMETER = 2.2e-3, 3.3e-3, 0.44e-3
-HALF_CARDIGAN, FLOATS, CROSS_TUCK = ("KP", "KT"), ("K-", "-K"), ("KT", "TK")
+HALF_CARDIGAN, FLOATS = ("KP", "KT"), ("K-", "-K")
 CABLE, LACE = ("K>K(", "KK"), ("K)K", "TK")
 
 
@@ -137,21 +139,10 @@ def test_loops_are_held_until_their_needle_knits():
     assert [[each.place for each in row] for row in stitches_of(("K", "T", "-", "T"))] == [[0], [1], [0], [2]]
 
 
-@pytest.mark.parametrize(
-    ("stitches", "apart"),
-    [
-        (HALF_CARDIGAN, 0.5),
-        (FLOATS, 0.7),
-        (CROSS_TUCK, 0.5),
-        (CABLE, 0.5),
-        (LACE, 0.35),
-        (("K", "T"), 0.5),
-        (("K", "T", "T"), 0.5),
-        (("KK", "KT", "KT", "KK", "TK", "TK"), 0.5),
-        (("K", "T", "T", "T"), 0.35),
-    ],
-)
+@pytest.mark.parametrize(("stitches", "apart"), READ["stitches"])
 def test_yarns_stand_apart_where_they_cross(stitches, apart):
+    """By a share of the diameter at least."""
+    stitches = tuple(stitches)
     fabric = cell(stitches, 2 * size_of_repeat(stitches)[0])
     assert fabric.crossings.distance.min() >= apart * DIAMETER
     assert len(fabric.centrelines) == len(stitches) + 1
@@ -233,3 +224,23 @@ def test_needles_that_never_knit_are_refused(plain_scene):
         sides(HALF_CARDIGAN)
     with refusal("must be cell and beam where"):
         plain_scene.vary({"pattern.stitches": ["KP", "KT"], "pattern.loops": 2, "pattern.rows": 2})
+
+
+def test_a_cell_that_comes_to_rest_is_drawn_where_no_loop_can_be_fitted(monkeypatch):
+    """Fits of slack repeats such as ["PK", "KK"] fail after half a minute: this one fails at once."""
+
+    def refuses(*_):
+        raise GeometryError("yarns cross 14 times")
+
+    monkeypatch.setattr(geometry_stage, "fitted_loop", refuses)
+    stitches = {"pattern.stitches": ["PK", "KK"], "pattern.loops": 2, "pattern.rows": 2}
+    rests = load_scene("fabric-acrylic-stockinette-course-free").vary(
+        stitches | {"pattern.loop_length": None}
+    )
+    drawn = fabric_of(lay_out(rests))
+    assert drawn.periods[[0, 1], [0, 1]] == pytest.approx(
+        [2 * rests.pattern.wale_spacing, 2 * rests.pattern.course_spacing]
+    )
+    assert len(drawn.centrelines) == 3
+    with pytest.raises(GeometryError, match="yarns cross 14 times"):
+        lay_out(rests.vary({"geometry.diameter_share": 1.0}))

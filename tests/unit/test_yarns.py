@@ -8,8 +8,8 @@ from refusals import REFUSED, refusal
 from scipy.stats import linregress
 
 from knitstudy.knit.loading.history import DIRECTIONS
+from knitstudy.knit.scene.alternatives import KEYS, known_yarns, read_yarn
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.knit.scene.yarns import KEYS, known_yarns, read_yarn
 from knitstudy.mechanics.membrane import forces_per_width
 from knitstudy.paper.tables import fabrics
 from knitstudy.paper.tables.fabrics import (

@@ -1,4 +1,4 @@
-"""Grids of surface nodes without solids inside: tubes, straight or bent."""
+"""Grids of surface nodes without solids inside: straight tubes."""
 
 import numpy as np
 
@@ -24,19 +24,3 @@ def crossing(gap, **options):
     lower, grid = tube(**options)
     upper, other = tube(axis=1, middle=(0.1, 0.07, 2 + gap), first=len(lower), **options)
     return np.concatenate([lower, upper]), [grid, other], np.arange(len(lower) + len(upper)) >= len(lower)
-
-
-def hairpin(apart, *, radius=1.0, leg=8.0, slices=40, angles=12):
-    """Nodes and grid of a tube bent to a U whose legs' axes are `apart`, in the plane z = 0."""
-    bend = 0.5 * np.pi * apart
-    s = np.linspace(0, 2 * leg + bend, slices)
-    phi = np.clip((s - leg) / (0.5 * apart), 0, np.pi)
-    tangent = np.stack([np.cos(phi), np.sin(phi), 0 * phi], axis=1)
-    normal = np.stack([-np.sin(phi), np.cos(phi), 0 * phi], axis=1)
-    centre = np.array([0, 0.5 * apart, 0]) - 0.5 * apart * normal
-    centre += (np.minimum(s - leg, 0) + np.maximum(s - leg - bend, 0))[:, None] * tangent
-    theta = 2 * np.pi * np.arange(angles) / angles
-    ring = np.cos(theta)[:, None] * normal[:, None] + np.sin(theta)[:, None] * [0, 0, 1.0]
-    return (centre[:, None] + radius * ring).reshape(-1, 3), Grid(
-        np.arange(slices * angles).reshape(slices, angles)
-    )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import READ
 
 from knitstudy.knit.geometry.fabric import Grip
 from knitstudy.knit.geometry.specimens import cut_cells
@@ -34,16 +35,7 @@ def solved(scene, fabric):
     return solve(scene, fabric, mesh=swept)
 
 
-@pytest.mark.parametrize(
-    ("fidelity", "interaction"),
-    [
-        ("spline_yarns", "tie"),
-        ("spline_yarns", "isotropic"),
-        ("hexahedra", "tie"),
-        ("rom3d", "tie"),
-        ("beam", "isotropic"),
-    ],
-)
+@pytest.mark.parametrize(("fidelity", "interaction"), READ["cut knits"])
 def test_wale_tension_of_a_row(plain_scene, knit_of, gripped_to_the_cuts, verify, fidelity, interaction):
     """One row of three loops: arches and sinkers; with friction the outer columns are tied and the middle one slides.
 

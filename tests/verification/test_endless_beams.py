@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import yaml
 from refusals import refusal
 
 from knitstudy.knit.geometry.lay_out import lay_out
@@ -15,41 +16,9 @@ from knitstudy.run import store
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import STAGES
 
-BEAMS = {
-    "fidelity": "beam",
-    "interaction": "isotropic",
-    "load.lateral": "fixed",
-    "mesh.beam_size": 0.41,
-    "beam.section": "hertz",
-    "load.strain": 0.02,
-    "solver.increments": 2,
-}
-"""Keys of endless cells of beams that are pulled a little: elastic yarn, friction, no ties."""
-
-
-SOFT = {
-    "fidelity": "beam",
-    "pattern.control_points": None,
-    "pattern.wale_spacing": 3.4e-3,
-    "pattern.course_spacing": 2.4e-3,
-    "pattern.loop_length": 11.28e-3,
-    "yarn.diameter": 0.5e-3,
-    "geometry.free": [],
-    "yarn.stretching": 50.0,
-    "yarn.bending": 4.5e-8,
-    "yarn.twisting": 4.5e-8,
-    "yarn.pressing": 2.0,
-    "yarn.pressing_exponent": 2.4,
-    "yarn.set": 0.0,
-    "contact.friction": 0.4,
-    "mesh.beam_size": 0.5,
-    "mesh.section_law": "straight",
-    "gates.polygon": 0.2,
-    "gates.point": 1e3,  # bends beyond 0.45 / R
-    "gates.overlap": 2.0,  # a softer yarn than any that was measured
-    "load.start": "rest",
-    "load.lateral": "free",
-}
+KEYS = yaml.safe_load(Path(__file__).with_name("endless_beams.yaml").read_text())
+BEAMS, SOFT, FROM_REST = KEYS["beams"], KEYS["soft yarn"], KEYS["from rest"]
+"""Keys of cells of beams of an elastic yarn, of a soft one, and of a soft one in stitches that are drawn."""
 
 
 @pytest.fixture(scope="module")
@@ -143,23 +112,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
 
     monkeypatch.setattr(Patch, "density", alone)
     monkeypatch.setattr(beam_contact, "MOST", 2)
-    keys = {
-        name: SOFT[name]
-        for name in ("fidelity", "geometry.free", "gates.polygon", "load.start", "load.lateral")
-    }
-    spacings = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "mesh.beam_size": 0.45}
-    yarn = {
-        "yarn.of": "acrylic",
-        "yarn.diameter": 0.859e-3,
-        "yarn.pressing": 33.9,
-        "contact.friction": 0.0,
-        "yarn.set": 0.0,
-        "gates.flow": 1e3,
-        "gates.point": 1e3,
-    }
-    scene = load_scene("cell-course-isotropic").vary(
-        keys | spacings | yarn | {"pattern.stitches": ["K"], "geometry.diameter_share": 0.6}
-    )
+    scene = load_scene("cell-course-isotropic").vary(KEYS["independent program"])
     geometry = lay_out(scene)
     rest = STAGES["rest"].function(scene, geometry)
     assert (rest.attrs["cell_width"], rest.attrs["cell_height"]) == pytest.approx(
@@ -235,13 +188,6 @@ def test_cells_of_beams_carry_what_solid_yarns_do(knit, way, friction, solid, de
 
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
-DRAWN = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3, "pattern.loop_length": None}
-FROM_REST = DRAWN | {
-    "load.start": "rest",
-    "load.strain": 0.05,
-    "load.largest_force": None,
-    "solver.increments": 2,
-}
 
 
 def history(stitches, scene="fabric-acrylic-rib-course-free", keys=FROM_REST):

@@ -154,10 +154,9 @@ def test_low_degrees_meet_rich_ones(on_discs, rich, degree, near, bound, verify)
     verify.at_most(name, abs(force / rich - 1), bound)
 
 
-def test_quadratic_hexahedra_tend_to_the_same(on_discs, rich, full, verify):
+@pytest.mark.full
+def test_quadratic_hexahedra_tend_to_the_same(on_discs, rich, verify):
     """Errors of the patch fall with the square of the size."""
-    if not full:
-        pytest.skip("takes --full")
     sizes = np.array([1 / 2, 1 / 3])
     force = [force_of_hexahedra(on_discs, size, **{"mesh.element": "quadratic"}) for size in sizes]
     limit = (sizes[0] ** 2 * force[1] - sizes[1] ** 2 * force[0]) / (sizes[0] ** 2 - sizes[1] ** 2)

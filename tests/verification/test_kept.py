@@ -110,10 +110,9 @@ def test_the_cheapest_rows_are_made_again(name):
         assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
 
 
-def test_predictions_are_made_again(full):
-    """Strains of one strip of garter, from its three cells."""
-    if not full:
-        pytest.skip("three cells of soft yarns take two minutes; `make verify`")
+@pytest.mark.full  # two minutes
+def test_predictions_are_made_again():
+    """Strains of one strip of garter, from its three cells of soft yarns."""
     of = {"yarn": "cotton", "stitch": "garter", "direction": "course"}
     table = pd.read_csv(RESOURCES / "predictions.csv")
     kept = table[(table[list(of)] == pd.Series(of)).all(axis=1)]

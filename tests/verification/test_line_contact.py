@@ -259,19 +259,11 @@ def test_yarns_carry_what_elliptic_hertz_says_of_their_surfaces(angle, bends, ve
     verify.within(name, pressed(DEEP, bends, angle), hertzian(bends, angle)[0], 0.035)
 
 
-@pytest.mark.parametrize(
-    ("angle", "bend", "deep", "bar"),
-    [
-        (90, 0.0, 0.05, 0.01),
-        (45, 0.0, 0.05, 0.01),
-        (90, 0.2, 0.01, 0.01),
-        (90, 0.45, 0.01, 0.04),
-        (60, 0.2, 0.01, 0.015),
-        (90, 0.2, 0.05, 0.03),
-        (90, 0.3, 0.05, 0.05),
-        (60, 0.2, 0.05, 0.05),
-    ],
-)
+LAYERS = [(90, 0.0, 0.05, 0.01), (45, 0.0, 0.05, 0.01), (90, 0.2, 0.01, 0.01), (90, 0.45, 0.01, 0.04)]
+LAYERS += [(60, 0.2, 0.01, 0.015), (90, 0.2, 0.05, 0.03), (90, 0.3, 0.05, 0.05), (60, 0.2, 0.05, 0.05)]
+
+
+@pytest.mark.parametrize(("angle", "bend", "deep", "bar"), LAYERS)
 def test_layers_carry_the_pressure_of_their_overlap(angle, bend, deep, bar):
     """Sum of p = C u^1.9 over the overlap u of two tori along their common normal, over that of straight ones at 90."""
 

@@ -87,6 +87,12 @@ class Checkout:
         """Run plain snakemake."""
         return self.run("-m", "snakemake", *arguments)
 
+    def rewrite(self, path, old, new):
+        """Replace the first of some texts in a file of the copy."""
+        text = (self.folder / path).read_text()
+        assert old in text, f"{path} has no {old!r}"
+        (self.folder / path).write_text(text.replace(old, new, 1))
+
     def jobs(self, *arguments):
         """Return what Snakemake would do, as a set of the messages of its jobs."""
         ended = self.snakemake(*arguments, "--dry-run", "--config", "study=ci")
@@ -152,3 +158,11 @@ def checkout(finished):
     checkout, ended = finished
     assert ended.returncode == 0, ended.stdout + ended.stderr
     return checkout
+
+
+@pytest.fixture
+def meshed(checkout, fresh):
+    """Checkout with the knits and meshes of the coarsest study alone: they are taken as they are by their digests."""
+    for stage in ("geometry", "mesh"):
+        shutil.copytree(checkout.folder / "results" / stage, fresh.folder / "results" / stage)
+    return fresh

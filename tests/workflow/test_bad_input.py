@@ -9,12 +9,6 @@ from knitstudy.files import read_dataset
 RESULT = "results/simulation/pair-slid-coarse.nc"
 
 
-def rewrite(path, old, new):
-    text = path.read_text()
-    assert old in text
-    path.write_text(text.replace(old, new))
-
-
 def one_message(ended):
     """Return the only line of a failed run that is not progress."""
     assert ended.returncode == 1
@@ -25,34 +19,34 @@ def one_message(ended):
 
 
 def test_wrong_configuration_runs_nothing(fresh):
-    rewrite(fresh.folder / "config" / "defaults.yaml", "strain:", "strane:")
+    fresh.rewrite("config/defaults.yaml", "strain:", "strane:")
     near = "(did you mean 'load.strain', 'load.turns' or 'load.start'?)"
     assert f"unknown key 'load.strane' {near}" in one_message(fresh.study("ci"))
     assert not (fresh.folder / "results").exists()
 
 
-def test_run_that_cannot_go_on_keeps_converged_increments(fresh):
+def test_run_that_cannot_go_on_keeps_converged_increments(meshed):
     """Yarns that are pressed too far into each other: the curve is there, and a second study leaves it out."""
-    rewrite(fresh.folder / "config" / "defaults.yaml", "augmentations: 10", "augmentations: 0")
-    message = one_message(fresh.study("ci", "--", "--until", RESULT))
+    meshed.rewrite("config/defaults.yaml", "augmentations: 10", "augmentations: 0")
+    message = one_message(meshed.study("ci", "--", "--until", RESULT))
     assert message.startswith("error in simulation pair-slid-coarse: ended at leg ")
     assert "surfaces penetrate each other by" in message
     assert "contact.augmentations" in message
     kept = "results/simulation/pair-slid-coarse.incomplete.nc"
     assert f"The curve up to there is in {kept}" in message
-    history = read_dataset(fresh.folder / kept)
+    history = read_dataset(meshed.folder / kept)
     assert history.incomplete in message
     assert history.sizes["increment"] > 1
-    assert not (fresh.folder / RESULT).exists()
-    again = fresh.study("ci", "--", "--until", RESULT)  # who names the file gets the same end, at once
+    assert not (meshed.folder / RESULT).exists()
+    again = meshed.study("ci", "--", "--until", RESULT)  # who names the file gets the same end, at once
     assert again.returncode == 1
     assert f"left out: pair-slid-coarse, since pair-slid-coarse {history.incomplete}" in again.stderr
     assert message in again.stderr
 
 
-def test_interrupted_study_says_in_one_line_how_to_go_on(fresh):
+def test_interrupted_study_says_in_one_line_how_to_go_on(meshed):
     """The terminal interrupts the whole group: this process, Snakemake and its jobs."""
-    with fresh.start_study("ci", "--", "--until", RESULT, output=subprocess.PIPE) as process:
+    with meshed.start_study("ci", "--", "--until", RESULT, output=subprocess.PIPE) as process:
         reason = []
         for line in process.stdout:
             reason.append(line)

@@ -29,28 +29,27 @@ def increments_kept(folder):
     return -1
 
 
-def test_killed_simulation_goes_on(finished, fresh):
+def test_killed_simulation_goes_on(checkout, meshed):
     """Killed while one yarn slides on the other: the history of contact goes on as well."""
-    log, only = fresh.folder / LOG, ("--", "--until", HISTORY)
-    process = fresh.start_study("ci", *only)
+    log, only = meshed.folder / LOG, ("--", "--until", HISTORY)
+    process = meshed.start_study("ci", *only)
     wait_until(
-        lambda: increments_kept(fresh.folder / "results" / "restart") >= SLIDING,
+        lambda: increments_kept(meshed.folder / "results" / "restart") >= SLIDING,
         "increment in which yarns slide",
     )
     os.killpg(process.pid, signal.SIGKILL)
     process.wait()
-    assert not (fresh.folder / HISTORY).exists()
-    last = increments_kept(fresh.folder / "results" / "restart")
+    assert not (meshed.folder / HISTORY).exists()
+    last = increments_kept(meshed.folder / "results" / "restart")
 
     # One scene is enough here; the rest of the study is made as in any other run.
-    ended = fresh.study("ci", *only)
+    ended = meshed.study("ci", *only)
     assert ended.returncode == 0, ended.stdout + ended.stderr
     text = log.read_text()
     assert text.index(f"going on from increment {last} ") < text.index(f"increment {last + 1}: ")
     assert f"increment {last}: " not in text, "what had converged is not computed again"
 
-    checkout, _ = finished
-    force = read_dataset(fresh.folder / HISTORY).force
+    force = read_dataset(meshed.folder / HISTORY).force
     reference = read_dataset(checkout.folder / HISTORY).force
     # The bar for restarts: 1e-6 of the largest force over the whole curve.
     np.testing.assert_allclose(force, reference, rtol=0, atol=1e-6 * float(abs(reference).max()))

@@ -12,33 +12,29 @@ import nbformat
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-README = (ROOT / "README.md").read_text(encoding="utf-8")
-TUTORIAL = (ROOT / "docs" / "tutorial" / "tutorial.md").read_text(encoding="utf-8")
-JERSEY = (ROOT / "docs" / "tutorial" / "jersey.md").read_text(encoding="utf-8")
-COMMANDS = (ROOT / "docs" / "how-to" / "commands.md").read_text(encoding="utf-8")
-EXAMPLES = (ROOT / "docs" / "tutorial" / "examples.md").read_text(encoding="utf-8")
-MACHINE = (ROOT / "docs" / "how-to" / "machine_files.md").read_text(encoding="utf-8")
-CORE = (ROOT / "docs" / "theory" / "core.md").read_text(encoding="utf-8")
+NO_WINDOW = {"MPLBACKEND": "agg"}
 
 
 def blocks(page, language):
-    return re.findall(rf"^```{language}\n(.*?)^```", page, flags=re.MULTILINE | re.DOTALL)
+    """Return the blocks of a language on a page of docs, or of the README."""
+    text = (ROOT / page).read_text(encoding="utf-8")
+    return re.findall(rf"^```{language}\n(.*?)^```", text, flags=re.MULTILINE | re.DOTALL)
 
 
-def run(code, folder, environment):
-    ended = subprocess.run(
-        [sys.executable, "-c", code], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 0, ended.stderr
+def run(*words, folder, environment=os.environ, program=(sys.executable,)):
+    """Run Python, or another program, in a folder."""
+    options = {"cwd": folder, "env": environment, "capture_output": True, "text": True}
+    ended = subprocess.run([*program, *words], **options)
+    assert ended.returncode == 0, ended.stdout + ended.stderr
     return ended
 
 
 def test_readme_in_python(fresh, tmp_path):
-    first, own = blocks(README, "python")
+    first, own = blocks("README.md", "python")
     assert len(first.splitlines()) <= 9
-    run(first, tmp_path, fresh.environment | {"MPLBACKEND": "agg"})
+    run("-c", first, folder=tmp_path, environment=fresh.environment | NO_WINDOW)
     assert (tmp_path / "cell.png").stat().st_size > 10_000
-    run(own, tmp_path, fresh.environment)
+    run("-c", own, folder=tmp_path, environment=fresh.environment)
 
 
 LONG = {"7_machine_knits": pytest.mark.full}  # four fabrics to 30 %
@@ -52,9 +48,10 @@ SCRIPTS = [
 def test_example(tmp_path, example):
     code = example.read_text(encoding="utf-8")
     assert len(code.splitlines()) <= 48
-    assert f'--8<-- "examples/{example.name}"' in EXAMPLES, "every example is on the page"
+    page = (ROOT / "docs" / "tutorial" / "examples.md").read_text(encoding="utf-8")
+    assert f'--8<-- "examples/{example.name}"' in page, "every example is on the page"
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    assert run(code, tmp_path, os.environ | {"MPLBACKEND": "agg"}).stdout
+    assert run("-c", code, folder=tmp_path, environment=os.environ | NO_WINDOW).stdout
     (picture,) = tmp_path.glob("*.png")
     assert picture.stat().st_size > 10_000
 
@@ -70,17 +67,20 @@ def test_notebook(tmp_path):
 
 def test_core(fresh, tmp_path):
     """A block that slides is dragged by the friction times its pressure."""
-    (code,) = blocks(CORE, "python")
+    code, rods = blocks("docs/theory/core.md", "python")
     assert len(code.splitlines()) <= 40
-    last = run(code, tmp_path, fresh.environment).stdout.splitlines()[-1]
+    last = run("-c", code, folder=tmp_path, environment=fresh.environment).stdout.splitlines()[-1]
     drag, pressure = map(float, re.findall(r"(\d+\.\d) N", last))
     assert drag == pytest.approx(0.3 * pressure, rel=0.02)
+    printed = run("-c", rods, folder=tmp_path, environment=fresh.environment).stdout
+    lowest = dict(line.split(": ") for line in printed.splitlines())
+    assert float(lowest["35"]) > 0 > float(lowest["40"])
 
 
 def test_tutorial(fresh, tmp_path):
-    code = blocks(TUTORIAL, "python")
+    code = blocks("docs/tutorial/tutorial.md", "python")
     assert len(code) >= 6
-    ended = run("\n".join(code), tmp_path, fresh.environment | {"MPLBACKEND": "agg"})
+    ended = run("-c", "\n".join(code), folder=tmp_path, environment=fresh.environment | NO_WINDOW)
     assert "yarn.poisson_ratio is 0.6 but must be a number between -1 and 0.5" in ended.stdout
     assert re.search(r"dns-tie-course-coarse-\w{8} +100%", ended.stderr)
     kept = {path.relative_to(tmp_path / "my-results").parts[0] for path in tmp_path.rglob("*.nc")}
@@ -92,7 +92,7 @@ def test_tutorial(fresh, tmp_path):
 
 def test_your_own_jersey(fresh, tmp_path):
     """All commands, in their order, at less strain and with fewer cells."""
-    (scenes,) = blocks(JERSEY, "yaml")
+    (scenes,), (code,) = (blocks("docs/tutorial/jersey.md", language) for language in ("yaml", "python"))
     small = {f"load.strain: 0.{each}0": "load.strain: 0.05\n    solver.increments: 2" for each in (2, 3)}
     small |= {"pattern.loops: 4": "pattern.loops: 1", "pattern.rows: 4": "pattern.rows: 3"}
     for printed, tiny in small.items():
@@ -100,20 +100,12 @@ def test_your_own_jersey(fresh, tmp_path):
         scenes = scenes.replace(printed, tiny)
     (tmp_path / "jersey.yaml").write_text(scenes)
     command = f'set -e\nknitstudy() {{ {shlex.quote(sys.executable)} -m knitstudy "$@"; }}\n'
-    script = command + "\n".join(blocks(JERSEY, "bash"))
-    message = subprocess.run(
-        ["bash", "-c", script],
-        cwd=tmp_path,
-        env=fresh.environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert message.returncode == 0, message.stderr
+    script = command + "\n".join(blocks("docs/tutorial/jersey.md", "bash"))
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    message = run("-c", script, program=("bash",), **here).stdout
     for line in ("course force over width at the end", "wale strain at the end", "mesh.degree"):
-        assert line in message.stdout
-    (code,) = blocks(JERSEY, "python")
-    last = run(code, tmp_path, fresh.environment).stdout.splitlines()
+        assert line in message
+    last = run("-c", code, **here).stdout.splitlines()
     assert [re.sub(r"\d+ N/m", "_", line) for line in last] == ["cell: _ at 5%", "swatch: _ at 5%"]
     assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
 
@@ -123,24 +115,18 @@ def test_your_own_jersey(fresh, tmp_path):
 )  # a shape at rest: 30 s
 def test_machine_files(tmp_path, command):
     (tmp_path / "examples").symlink_to(ROOT / "examples")
-    (scene,), (printed,) = blocks(MACHINE, "yaml"), blocks(MACHINE, "bash")
+    (scene,), (printed,) = (blocks("docs/how-to/machine_files.md", each) for each in ("yaml", "bash"))
     (tmp_path / "my-knit.yaml").write_text(scene, encoding="utf-8")
     for line in (printed.strip(), f"knitstudy {command} my-knit.yaml"):
-        words = [sys.executable, "-m", *shlex.split(line)]
-        ended = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert ended.returncode == 0, ended.stderr
+        ended = run("-m", *shlex.split(line), folder=tmp_path)
     if command == "run":
         assert "course force over width at the end" in ended.stdout
 
 
 def test_site(tmp_path):
     """MkDocs builds the site of `make docs` without a warning. A broken section in a docstring causes a warning."""
-    build = ["-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path)]
-    environment = os.environ | {"NO_MKDOCS_2_WARNING": "1"}
-    ended = subprocess.run(
-        [sys.executable, *build], cwd=ROOT, env=environment, capture_output=True, text=True, check=False
-    )
-    assert ended.returncode == 0, ended.stdout + ended.stderr
+    build = ("-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path))
+    run(*build, folder=ROOT, environment=os.environ | {"NO_MKDOCS_2_WARNING": "1"})
     api = (tmp_path / "reference" / "api" / "index.html").read_text(encoding="utf-8")
     assert 'id="knitstudy.run.store.simulate"' in api
     assert (tmp_path / "search" / "search_index.json").stat().st_size > 100_000
@@ -148,7 +134,7 @@ def test_site(tmp_path):
 
 def test_snakemake_commands(fresh):
     """The targets of all commands at once, and the other study."""
-    (commands,) = blocks(COMMANDS, "bash")
+    (commands,) = blocks("docs/how-to/commands.md", "bash")
     lines = [line.split("#")[0].split() for line in commands.splitlines()]
     tried = [words[1:] for words in lines if words[0] == "snakemake"]
     (study,) = [words for words in tried if "--configfile" in words]

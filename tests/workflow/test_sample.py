@@ -1,25 +1,13 @@
 """The price of accuracy, from the box to a promise: two tiny knits by two coarse models, and one of one's own."""
 
+from pathlib import Path
+
 import pytest
 import yaml
 
 from knitstudy.files import read_table
 
-COARSE = {"fidelity": "spline_yarns", "solver.increments": 1, "mesh.span": 1.8, "mesh.crossing_span": 1.8}
-FINER = {"mesh.span": 0.9, "mesh.crossing_span": 0.9}
-DEARER = {"mesh.degree": 3, "mesh.crossing_degree": 3, "solver.increments": 6}
-SMALL = {
-    "knits": 2,
-    "fewest": 2,
-    "every": {"cut-knit-tied-large": 2, "cell-tied-large": 2},  # on one of two knits
-    "coverage": 0.5,
-    "confidence": 0.5,
-    "reference": ["yarns2", "yarns3"],
-    "settings": {
-        # The second is several times as dear, so that the clock cannot make it the cheaper one.
-        "tied": {"yarns2": COARSE, "yarns3": COARSE | FINER | DEARER}
-    },
-}
+SMALL = yaml.safe_load(Path(__file__).with_name("sample.yaml").read_text())
 BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain": [0.01, 0.05]}
 KEYS = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 0.02}
 KEYS |= {"pattern.course_spacing": 5e-3, "pattern.wale_spacing": 6e-3, "yarn.diameter": 1e-3}

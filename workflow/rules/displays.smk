@@ -85,16 +85,13 @@ def data_of_report(wildcards):
 
 @cache
 def notes():
-    """Return what the report says of a reference and of verdicts that were kept by other code than today's."""
-    from knitstudy.run.stages import physics_digest
-    from knitstudy.paper.report import REFERENCE, age_warning, verdicts_warning
+    """Return what the report says of scenes that are left out, and of tables that were kept from others than today's."""
+    from knitstudy.run.catalogue import reference_files
+    from knitstudy.paper.report import age_warnings
 
     try:
-        warnings = [verdicts_warning(PLAN, CONFIG)]
-        if load_study("reference", CONFIG):
-            what = "Values of the reference"
-            warnings.append(age_warning(REFERENCE, "physics", physics_digest(), what, "reference"))
+        warnings = age_warnings(PLAN.scenes, CONFIG, reference_files(CONFIG)["claims"])
     except KnitstudyError as error:
         stop(error)
     left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]
-    return [*left_out, *(each for each in warnings if each)]
+    return left_out + warnings

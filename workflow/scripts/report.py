@@ -22,6 +22,7 @@ with frame(snakemake):
         kept=read_table(snakemake.input.kept),
         full=Path(snakemake.input.full[0]).parent,
         turning=turning_knit(captions["opening"]["turns"], map(Path, snakemake.input.data)),
+        page=Path(snakemake.output[0]),
     )
     write_text(page, snakemake.output[0])
     seal(snakemake.output[0], snakemake.params.digest)

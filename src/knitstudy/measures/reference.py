@@ -205,11 +205,9 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
     }
 
 
-# Names of models and interactions, discretisations of direct simulations, and digests of physical problems.
+# Names of discretisations of direct simulations, and digests of physical problems.
 
 
-# Interactions in figures and tables.
-INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
 # By ``mesh.element``; elements of plugins go by their own names.
 HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
 

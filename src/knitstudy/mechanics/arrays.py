@@ -1,4 +1,4 @@
-"""Names of the types of arrays; shapes and units stand in docstrings."""
+"""Types of arrays by the type of their entries; a docstring or a comment gives the shape and the unit of each."""
 
 from __future__ import annotations
 

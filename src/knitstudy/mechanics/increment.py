@@ -24,11 +24,8 @@ FLAT = 1e-6  # extent of the prescribed nodes in a direction, over the largest, 
 class PrescribedDisplacement:
     """Prescribed unknowns along the load path.
 
-    Raises
-    ------
-    ConfigurationError
-        For an unknown with a negative number, values that are not one for each unknown and corner, or an unknown that
-        is prescribed twice with two values.
+    Raises ConfigurationError for an unknown with a negative number, values that are not one for each unknown and
+    corner, or an unknown that is prescribed twice with two values.
     """
 
     fixed: Ints  # (k,) indices of the prescribed unknowns
@@ -145,15 +142,6 @@ class Settings:
         "elements or a smaller load may help."
     )
     exact: bool = False  # solve every linear system to 1e-12 instead of as far as Newton profits
-
-    @classmethod
-    def of(cls, solver: Any) -> Settings:
-        """Return the settings of a scene's section `solver`."""
-        return cls(
-            increments=solver.increments,
-            residual_tolerance=solver.residual_tolerance,
-            correction_tolerance=solver.correction_tolerance,
-        )
 
 
 @dataclass(frozen=True)

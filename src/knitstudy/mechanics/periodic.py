@@ -15,7 +15,7 @@ from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.model import Memoryless, Model, Response, summed
@@ -389,9 +389,7 @@ class EndlessBeams(Memoryless):
                 {form: -stored for form, stored in self._stored.items()},
             ),
             stiffness=tangent,
-            status=np.zeros(
-                1, dtype=np.int64
-            ),  # Contact begins softly, but a force may still jump within a step.
+            status=SOFT,
         )
 
     def internal_energy(self, response: Response) -> float:
@@ -400,19 +398,13 @@ class EndlessBeams(Memoryless):
 
     def at_points(self, state: EndlessState) -> BeamState:
         """Return position and rotation of the points of contact."""
-        beams, points = state.beams, self.points
-        position = points.weights @ beams.position + points.around[:, None] * self.vectors(state)[0]
-        return replace(beams, position=position, rotation=beams.rotation[points.station])
+        return self.points.at(state.beams, self.vectors(state))
 
     def _place(self, state: EndlessState) -> tuple[BeamState, LineContact, BeamState, ActivePairs]:
         """Return the state of all nodes, the contact, the state of its points, and what touches."""
         contact, points = self._contact(state), self.at_points(state)
-        return (
-            self._all(state),
-            contact,
-            points,
-            contact.active_pairs(points, self.vectors(state), state.contact),
-        )
+        active = contact.active_pairs(points, self.vectors(state), state.contact)
+        return self._all(state), contact, points, active
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""

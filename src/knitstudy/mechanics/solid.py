@@ -133,8 +133,8 @@ class SolidModel:
         nodes: Floats,  # (N, 3), undeformed, adjusted to the ties [m]
         groups: Sequence[ElementGroup],  # all of one material
         length: float,  # element size h [m]
-        transformation: sp.csr_matrix
-        | None = None,  # (N, n), T of nodes that depend on others; see `assembly`
+        # (N, n), T of nodes that depend on others; see `assembly`
+        transformation: sp.csr_matrix | None = None,
         stabilisation: Stabilisation | None = None,
         # (N, N), positive semidefinite stiffness between nodes, the same for every component [N/m]; its energy
         # counts as energy of a penalty
@@ -278,12 +278,8 @@ class SolidModel:
             return response
         pull = viscosity * (state.displacement - state.past.displacement).ravel()
         if stiffness is not None:
-            diagonal = np.zeros((len(viscosity) // 3, 3, 3))
-            diagonal[:, [0, 1, 2], [0, 1, 2]] = viscosity.reshape(-1, 3)
-            node = np.arange(len(diagonal) + 1)
             # Not in place: nodes of images in a periodic cell are in no element, and have no block in the pattern.
-            added = sp.bsr_matrix((diagonal, node[:-1], node), shape=stiffness.shape)
-            stiffness = sp.bsr_matrix(stiffness + added)
+            stiffness = sp.bsr_matrix(stiffness + sp.diags(viscosity).tobsr((3, 3)))
         return replace(
             response,
             force=response.force + pull,
@@ -334,8 +330,8 @@ class SolidModel:
             width = group.connectivity.shape[1]
             blocks = SCRATCH.array("stiffness", batch.count, width**2, 9) if stiffness else None
             nodes = group.connectivity[part]
-            known = {"step": way[nodes]} if group.mixed and way is not None else {}
-            answer = group.elements.respond(part, displacement[nodes], stiffness, blocks, **known)
+            step = None if way is None else way[nodes]
+            answer = group.elements.respond(part, displacement[nodes], stiffness, blocks, step)
             force[batch.group][part] = answer.force
             energies[batch.group][:, part] = answer.internal, answer.hourglass
             magnitude[number] = np.sqrt(np.einsum("eai,eai->ea", answer.force, answer.force)).sum()

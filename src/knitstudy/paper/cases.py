@@ -18,7 +18,6 @@ from knitstudy.measures import response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import (
     HEXAHEDRA,
-    INTERACTIONS,
     Reference,
     discretisation,
     made_of,
@@ -30,10 +29,12 @@ from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, S
 from knitstudy.paper.scene_names import (
     BEAM_MODELS,
     CASES,
+    INTERACTIONS,
     NETWORKS,
     OTHER_SOLIDS,
     REDUCED,
     SOLIDS,
+    model_name,
     of_case,
     of_cases,
 )
@@ -68,7 +69,7 @@ PLAIN = ("rigid", "rigid")  # Section and ties of the simplest model of beams in
 
 def label_of(scene: Scene) -> str:
     """Return the name of a model among others of its case: its fidelity, and the keys of a variant."""
-    name = scene.kind.fidelity.label
+    name = model_name(scene.kind.fidelity)
     if scene.kind.direct:
         return f"{name}, {made_of(scene)}"
     section = scene.value("beam.section")

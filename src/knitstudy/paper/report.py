@@ -20,11 +20,11 @@ from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
-from knitstudy.knit.scene.documents import CONFIG, RESOURCES, read_yaml
+from knitstudy.knit.scene.documents import RESOURCES, read_yaml
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.verdicts import counted
-from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Display, Displays, reference_files
+from knitstudy.run.catalogue import FIGURES, TABLES, Display
 from knitstudy.run.configuration import load_study
-from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
 from knitstudy.run.store import scenes_of
 from knitstudy.use.deformed import deformed, page_of
@@ -49,7 +49,8 @@ def render(
     notes: Sequence[str] = (),
     kept: pd.DataFrame | None = None,
     full: Path | None = None,
-    turning: str = "",
+    turning: tuple[str, Scene | None] = ("", None),
+    page: Path = Path(),
 ) -> str:
     """Return the page.
 
@@ -73,9 +74,11 @@ def render(
     kept : DataFrame, optional
         Verdicts of the full study, shown beside the verdicts of this one.
     full : Path, optional
-        Folder of tables (CSV) and pictures (PNG) of the full study, which replace the ones of a smaller study.
-    turning : str, optional
-        Page of a knit that turns in the browser (`paper.report`).
+        Folder of tables (CSV) and pictures (PNG) of the full study, shown in place of those of a smaller study.
+    turning : (str, Scene), optional
+        Page of a knit that turns in the browser, and its scene (`turning_knit`), which says what is pulled.
+    page : Path, optional
+        Where the page will be: links to files of the full study begin there.
 
     Raises
     ------
@@ -86,33 +89,42 @@ def render(
         When a picture cannot be read.
     """
     instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
-    pictures = [instead.get(path.name, path) for path in pictures]
-    results = {
+    drawn = {path.name: path for path in pictures}
+    drawn |= {name: path for name, path in instead.items() if path.suffix == ".png"}
+    results = dict(results) | {
         name: read_table(instead[f"{name}.csv"]).drop(columns=[*STAMP], errors="ignore")
+        for name in TABLES.names()
         if f"{name}.csv" in instead
-        else table
-        for name, table in results.items()
     }
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
     claims = results.get("verdicts", pd.DataFrame()).fillna("").to_dict("records")
-    environment.globals |= {"value": partial(value, results), "verdicts": claims}
-    figures = {path.stem: _figure(path, captions, results, environment) for path in pictures}
+    known = {"value": partial(value, results), "key": partial(key, turning[1]), "verdicts": claims}
+    environment.globals |= known
+    figures = {path.stem: _figure(path, captions, results, environment) for path in drawn.values()}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
-    for shown, ending in ((figures, "png"), (tables, "csv")):
+    for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
         for name, entry in shown.items():
-            entry["title"] += " (of the full study)" if f"{name}.{ending}" in instead else ""
+            entry["file"], entry["own"] = f"{kind}/{name}.{ending}", f"{name}.{ending}" not in instead
+            if not entry["own"]:
+                entry["file"] = Path(os.path.relpath(instead[f"{name}.{ending}"], page.parent)).as_posix()
+                entry["title"] += " (of the full study)"
     opening = captions["opening"]
-    sentences = [_filled(environment, f"sentence {text!r}", text) for text in opening["sentences"]]
+
+    def said(part: str) -> list[str]:
+        texts = (_filled(environment, f"sentence {text!r}", text) for text in opening[part])
+        return [text for text in texts if NOTHING not in text]
+
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
         kept={} if kept is None else {row["id"]: row for row in kept.fillna("").to_dict("records")},
         asked=opening["asked"],
         counted=counted(results["verdicts"] if kept is None else kept, results["verdicts"]) if claims else "",
-        turning=turning,
-        sentences=[text for text in sentences if NOTHING not in text],
+        turning=turning[0],
+        pulled=said("pulled"),
+        sentences=said("sentences"),
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
@@ -195,6 +207,11 @@ def _texts(captions: Mapping[str, Any], kind: str, display: Display, keys: Seque
         ) from error
 
 
+def key(scene: Scene | None, name: str, form: str = ".3g", unit: float = 1.0) -> str:
+    """Return the number of a dotted key of a scene, in a unit, for a caption; a dash where there is no scene."""
+    return NOTHING if scene is None else format(scene.value(name) / unit, form)
+
+
 def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
     """Return one number of a table for a caption; the row is named by its cell in the first column.
 
@@ -260,16 +277,9 @@ FORMAT: dict[str, Any] = {"format": "WEBP", "quality": 80}  # lines and letters 
 
 
 def read_sources(files: Iterable[tuple[str, Any]]) -> dict[str, Any]:
-    """Return the contents of files by argument; several files of one argument by the names of their scenes.
+    """Return the contents of files by argument; a sequence of paths by the names of their scenes.
 
-    Parameters
-    ----------
-    files : iterable of (str, path) or (str, sequence of paths)
-
-    Raises
-    ------
-    DataFileError, ConfigurationError
-        When a file is missing or cannot be read.
+    Raises DataFileError or ConfigurationError when a file is missing or cannot be read.
     """
 
     def read(source: Any) -> Any:
@@ -317,61 +327,58 @@ class ScreenPicture:
 CORNERS = 120_000  # of all increments at most: about 1 MB
 
 
-def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> str:
-    """Return the page of the first of some scenes whose history is among the data files; an empty text where none is.
-
-    Parameters
-    ----------
-    wanted : sequence of str
-        Names of scenes.
-    data : iterable of Path
-        Results of the study, in the folders of their stages.
-    """
+def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scene | None]:
+    """Return page and scene of the first of some scenes by name whose history is among the data files; else nothing."""
     histories = {path.stem: path for path in data if path.parent.name == "simulation"}
     path = next((histories[name] for name in wanted if name in histories), None)
     if path is None:
-        return ""
+        return "", None
     history = read_dataset(path)
     scene, _ = scenes_of(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
-    title = f"{scene.kind.fidelity.label}, {scene.kind.interaction.meaning}"
-    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS)
+    title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
+    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS), scene
 
 
-# ---- Tables that ``benchmarks/keep.py`` keeps in ``resources``, and warnings where they are of other code than today's
+# ---- Warnings where tables that ``benchmarks/keep.py`` keeps are of other scenes or rules than today's
 
-STUDY, VERDICTS = "full", "verdicts"
-
-VERDICTS_KEPT = RESOURCES / "verdicts.csv"
-"""Verdicts of the full study, which the report of every study shows."""
-
-REFERENCE = RESOURCES / "reference" / "reference.csv"
-"""Reference values; a file beside it has the values of single simulations."""
-
-SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
+VERDICTS = RESOURCES / "verdicts.csv"  # of the full study
+FULL_SCENES = RESOURCES / "full" / "scenes.csv"  # behind these verdicts
+REFERENCE_VALUES = (
+    RESOURCES / "reference" / "reference_values.csv"
+)  # of single simulations, behind the reference
 
 
-def age_warning(kept: Path, column: str, wanted: str, what: str, target: str) -> str:
-    """Return a warning where rows of a kept table have another digest; else an empty text.
+def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> list[str]:
+    """Return what has changed since verdicts and reference were kept; `claims` is the table of today's rules.
 
-    `what` names the rows in the plural, `target` is the target of make for them.
+    Code does not count: ``tests/regression`` fails where it changes numbers. What came later does not count either: its
+    claims are not yet run.
+    """
+
+    def keys(study: str) -> dict[str, str]:
+        return {name: scenes[name].hash for name in load_study(study, config)}
+
+    rules = read_table(claims, needs=("id", "rule")).set_index("id")["rule"]
+    full = "Verdicts of the full study", "verdicts"
+    warnings = (
+        age_warning(FULL_SCENES, "keys", keys("full"), *full),
+        age_warning(VERDICTS, "rule", rules.to_dict(), *full),
+        age_warning(REFERENCE_VALUES, "keys", keys("reference"), "Values of the reference", "reference"),
+    )
+    return [warning for warning in warnings if warning]
+
+
+def age_warning(kept: Path, column: str, today: Mapping[str, str], what: str, target: str) -> str:
+    """Return a warning where a column of a kept table differs from today's, by its first column; else an empty text.
+
+    `what` names the kept rows in the plural, `target` is the target of make for them.
     """
     table = read_table(kept, needs=(column, "made"))
-    if set(table[column].astype(str)) == {wanted}:
+    changed = table[table[table.columns[0]].map(today) != table[column]]
+    if changed.empty:
         return ""
-    days = ", ".join(sorted(set(table["made"].astype(str))))
-    why = "code or scenes have changed since, or not all had been run"
-    return f"{what} were kept on {days}; {why}: `make {target}` makes them anew."
-
-
-def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:
-    """Return the figures or tables of the full study that can be made of scenes by their names."""
-    scenes = [plan.scenes[name] for name in names]
-    return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
-
-
-def verdicts_warning(plan: Plan, config: Path = CONFIG) -> str:
-    """Return a warning where the kept verdicts were made by other code or scenes than today's; else an empty text."""
-    displays = full_study(TABLES, plan, load_study(STUDY, config), config)
-    wanted = displays.digest(VERDICTS) if VERDICTS in displays.names() else ""
-    return age_warning(VERDICTS_KEPT, "digest", wanted, f"Verdicts of the study {STUDY!r}", VERDICTS)
+    days = ", ".join(sorted(set(changed["made"].astype(str))))
+    first, *more = dict.fromkeys(changed[changed.columns[0]])
+    which = f"{first} and {len(more)} more" if more else first
+    return f"{what} were kept on {days}; changed since then: {column} of {which}; `make {target}` makes them anew."

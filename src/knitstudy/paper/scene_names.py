@@ -1,10 +1,15 @@
-"""Names of the scenes that the paper's figures, tables and claims take, by case and model."""
+"""Names of the scenes that the paper's figures, tables and claims take, and the paper's words for their models."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
+from knitstudy.knit.scene.kinds import Model
 from knitstudy.run.catalogue import Results, one
+
+# The paper's words
+INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
+MODEL_NAMES = {"rom3d": "3D ROM", "rom2d": "2D ROM", "beam": "beams"}  # beside solids, which are all DNS
 
 # The four cases in which models are compared (Fig. 15): interaction and direction of the load.
 CASES = ("tie-course", "tie-wale", "isotropic-course", "isotropic-wale")
@@ -31,6 +36,11 @@ SQUARES = (
     "domain-*-isotropic-course-*",
     *("yarns-tie-course", "rom3d-tie-course", "rom2d-tie-course", "beam-hertz-patch-isotropic-course"),
 )
+
+
+def model_name(model: Model) -> str:
+    """Return what the paper calls a model; of a plugin's model its meaning."""
+    return "DNS" if model.solid else MODEL_NAMES.get(model.name, model.meaning)
 
 
 def of_case(case: str, names: Iterable[str]) -> tuple[str, ...]:

@@ -22,9 +22,10 @@ from knitstudy.knit.models.rom2d.build import planar_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
 from knitstudy.knit.yarns.network import spatial_network
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS, made_of
+from knitstudy.measures.reference import made_of
 from knitstudy.paper.cases import number
 from knitstudy.paper.columns import Simulation
+from knitstudy.paper.scene_names import INTERACTIONS, model_name
 
 # Stems of the names of square knits, "{stem}-{n}x{n}", with the scene of 3 x 3 cells if it is one of another name.
 SERIES = {
@@ -68,7 +69,7 @@ class Series:
     def model(self) -> str:
         """Model in words."""
         scene = self.rows[0].scene
-        return made_of(scene) if scene.kind.direct else scene.kind.fidelity.label
+        return made_of(scene) if scene.kind.direct else model_name(scene.kind.fidelity)
 
     @property
     def interaction(self) -> str:

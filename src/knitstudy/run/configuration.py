@@ -17,8 +17,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import base_of, layered_defaults
-from knitstudy.knit.scene.documents import CONFIG, read_yaml
+from knitstudy.knit.scene.documents import CONFIG, base_of, layered_defaults, read_yaml
 from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted

@@ -26,8 +26,6 @@ from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
-from knitstudy.knit.scene.kinds import MODELS as ALL_MODELS
-from knitstudy.measures.reference import INTERACTIONS as INTERACTION_NAMES
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)
@@ -83,21 +81,6 @@ class Look:
     def line(self) -> Style:
         """Keywords of a matplotlib line."""
         return {"color": self.colour, "linestyle": self.dash, "marker": self.marker}
-
-
-DIRECT = Look("DNS", INK, "-", "o")  # the direct simulation of a case, of either kind of elements
-
-MODELS = {name: Look(model.label, *model.look) for name, model in ALL_MODELS.all().items()}
-"""By fidelity."""
-
-INTERACTIONS = {
-    name: Look(INTERACTION_NAMES[name], *look)
-    for name, look in {
-        "tie": (INK, "-", "o"),
-        "rough": ("#0072B2", "--", "s"),
-        "isotropic": ("#D9740B", "-.", "^"),
-    }.items()
-}
 
 
 class Page(Figure):

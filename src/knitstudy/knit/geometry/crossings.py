@@ -186,24 +186,13 @@ def _cross(a: Floats, b: Floats) -> Floats:
 
 
 def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
-    """Rows of the crossings of a repeat's loops in the plane, their parameters, and windows for the closest points.
+    """Return where r rows of k loops cross in the plane: lower rows, parameters, and windows for the closest points.
 
-    In a loop the yarns of a row and of the row above cross four times in the plane: zones 0 left lower, 1 right lower,
-    2 left upper, 3 right upper; along both yarns 0, 2, 3, 1. Crossings are ordered by row, column and zone.
-
-    Returns
-    -------
-    row : ndarray of int (4 r k,)
-        Lower row of every crossing, of r rows of k loops.
-    place : ndarray (4 r k, 2)
-        Parameters on the lower and the upper row.
-    windows : ndarray (4 r k, 2, 2)
-        First and last parameter on the lower and the upper row.
-
-    Raises
-    ------
-    GeometryError
-        When rows do not cross four times in a loop, in this order.
+    These are the lower row (4 r k,) of every crossing, its parameters (4 r k, 2) on the lower and the upper row, and
+    the first and the last parameter (4 r k, 2, 2) of a window on both. In a loop the yarns of a row and of the row
+    above cross four times: zones 0 left lower, 1 right lower, 2 left upper, 3 right upper; along both yarns 0, 2, 3, 1.
+    Crossings are ordered by row, column and zone.
+    Raises GeometryError when rows do not cross four times in a loop, in this order.
     """
     period = loop.curve.period
     half = period * PLANE_SAMPLES // 2

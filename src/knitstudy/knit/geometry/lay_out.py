@@ -11,6 +11,7 @@ says what stays of the drawn one:
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -33,6 +34,8 @@ from knitstudy.knit.scene.sections import Geometry, Pattern, Yarn
 from knitstudy.knit.scene.specimens import Crossing, Looped
 from knitstudy.knit.scene.stitches import is_plain
 
+log = logging.getLogger(__name__)
+
 LENGTH_TOLERANCE = 1e-4  # relative error of the length that is kept
 MOST_OPTIMISATIONS = 6  # in the search of the wale spacing that keeps the length; three are usual
 WIDEST = 2.0  # stretch across the wales, and one over the least, among which the drawn length is looked for
@@ -40,18 +43,13 @@ FIRST_SLOPE = 0.5  # relative change of length over that of the width: half of a
 
 
 def lay_out(scene: Scene) -> xr.Dataset:
-    """Lay out the fabric of a scene; the loop of a knit is optimised first.
+    """Return the fabric of a scene as `fabric_dataset` does; the loop of a knit is optimised first.
 
-    Returns
-    -------
-    xarray.Dataset
-        `fabric_dataset`; of a knit with the initial control points and, for both states "before" and "after",
-        the terms of F, length, smallest radius of curvature, deepest penetration, gaps and angles.
-
-    Raises
-    ------
-    GeometryError
-        When no valid knit comes out.
+    A knit has the initial control points as well and, for both states "before" and "after", the terms of F, length,
+    smallest radius of curvature, deepest penetration, gaps and angles.
+    A cell that is drawn for a thinner yarn (`geometry.diameter_share`) and whose loops cannot be fitted is drawn as
+    cells with tucks are (`stitch_mesh`); it has none of these.
+    Raises GeometryError when no valid knit comes out.
 
     Examples
     --------
@@ -66,12 +64,16 @@ def lay_out(scene: Scene) -> xr.Dataset:
     pattern: Pattern = scene.value("pattern")
     radius = drawn_radius(scene.yarn, scene.value("geometry.diameter_share"))
     if not is_plain(pattern.stitches):
-        return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
+        return _drawn_stitches(pattern, radius)
     try:
         initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"))
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
+        if scene.value("geometry.diameter_share") != 1 and pattern.control_points is None:
+            # Cells of beams that start from rest alone may be drawn for a thinner yarn: they find their shape.
+            log.info("scene %r: stitches are drawn, since no loop was fitted: %s", scene.name, error)
+            return _drawn_stitches(pattern, radius)
         remedy = ""
         if pattern.control_points is not None:
             remedy = (
@@ -106,6 +108,11 @@ def _target(pattern: Pattern, radius: float) -> LoopTarget:
     """Return the target of the loop of a pattern that has no control points."""
     spacings = pattern.course_spacing, pattern.wale_spacing
     return LoopTarget(*spacings, radius, pattern.clearance, pattern.loop_length, pattern.stitches)
+
+
+def _drawn_stitches(pattern: Pattern, radius: float) -> xr.Dataset:
+    """Return a cell of any stitches as it is drawn."""
+    return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
 
 
 def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:

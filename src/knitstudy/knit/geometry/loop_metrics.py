@@ -107,14 +107,10 @@ def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
 def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES) -> pd.DataFrame:
     """Return all places where a loop comes near other yarn, or itself: local minima of the distance.
 
-    Pairs of centrelines farther apart than a reach [radii] are left out; samples are those of a Bezier segment.
-
-    Returns
-    -------
-    DataFrame
-        By distance: ``row`` of the first point, ``above``, the rows by which the second one lies higher, the curves'
-        parameters ``u`` and ``v`` of the two points, the latter counting on through the neighbouring loops, and
-        ``distance`` of the centrelines. [m]
+    Pairs of centrelines farther apart than a reach [radii] are left out; samples are those of a Bezier segment. The
+    columns are, by distance: ``row`` of the first point, ``above``, the rows by which the second one lies higher, the
+    curves' parameters ``u`` and ``v`` of the two points, the latter counting on through the neighbouring loops, and
+    ``distance`` of the centrelines. [m]
     """
     curves = loop.curves
     u = np.linspace(0, curves[0].period, 20 * curves[0].period)

@@ -14,7 +14,7 @@ loops to its value and gradient. Where the paper leaves a choice:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windo
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.arrays import Floats, Ints
 
 # Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)
@@ -215,32 +215,18 @@ def optimise(loop: Loop, settings: Any) -> tuple[Loop, Optimum]:
     Arc lengths of the initial loop are the rest lengths. `settings` are the section ``geometry`` of a scene: the
     weights alpha, beta, gamma and beta_0 of Eqs. (1) and (3); `free`, the components ("", "z", "yz", "xyz", ...) of
     each of the P control points that may move; `samples` a Bezier segment in the search of closest points.
-
-    Raises
-    ------
-    GeometryError
-        When the minimisation does not converge, or a crossing misses its distance by more than `CONTACT_TOLERANCE`
-        there.
+    Raises GeometryError when the minimisation does not converge, or a crossing misses its distance by more than
+    `CONTACT_TOLERANCE` there.
     """
     start = loop.in_radii()
     cost = CostFunction(start, settings)
     check_interlock(cost, start.control_points)
-    motions = symmetric_motions(free_components(settings.free), symmetries(start))
+    free = np.array([[axis in names for axis in "xyz"] for names in settings.free])  # (P, 3)
+    motions = symmetric_motions(free, symmetries(start))
     optimum = minimise(cost, start.control_points, motions)
     check_contact(cost, optimum.points)
     check_interlock(cost, optimum.points)
     return replace(loop, control_points=optimum.points * loop.radius), optimum
-
-
-def free_components(free: Sequence[str]) -> Bools:
-    """Return which components (P, 3) may move, from one text of the letters x, y and z a control point.
-
-    Examples
-    --------
-    >>> free_components(["xz", ""]).tolist()
-    [[True, False, True], [False, False, False]]
-    """
-    return np.array([[axis in names for axis in "xyz"] for names in free])
 
 
 def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -17,7 +18,7 @@ from knitstudy.knit.geometry.fabric import Arcs, Fabric, Grip, of_curves, pieces
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
@@ -28,25 +29,13 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     copy of the first.
     Raises GeometryError when yarns do not cross as in a knit.
     """
-    repeats, every = loops // loop.columns, np.arange(rows + 1)
-    copies, copy_of, shift = rows_of_repeat(loop.curves, loop.rise, rows, repeats)
-    cell = np.array([loop.wale_spacing, loop.course_spacing])
-    knit = of_curves(
-        copies,
-        loop.radius,
-        loop.clearance,
-        size=np.array([loops * cell[0], rows * cell[1], 2 * loop.radius]),
-        copy_of=copy_of,
-        shift=shift,
-        specimen="knit",
-        made_of=vars(loop) | {"loops": loops, "rows": rows},
-        repeats=repeats,
-        cell=cell * [loop.columns, loop.rows],
-        loop=loop,
+    made_of = vars(loop) | {"loops": loops, "rows": rows}
+    knit = knit_of_rows(
+        loop.curves, loop, loop.columns, loops, rows, specimen="knit", made_of=made_of, loop=loop
     )
     knit = replace(knit, crossings=_by_cells(knit.crossings, loop, loops, rows))
     bottom, top = sinker_arcs(knit), head_arcs(knit)
-    ends = np.array([[curve.length] * 2 for curve in copies])
+    every, ends = np.arange(rows + 1), np.array([[curve.length] * 2 for curve in knit.centrelines])
     grips = {
         "course": (Grip(every, np.zeros_like(ends)), Grip(every, ends)),
         "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
@@ -54,30 +43,34 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     return replace(knit, grips=grips, sample=sample_of(loop, loops, rows, "knit"))
 
 
-def rows_of_repeat(
-    curves: Sequence[CatmullRom], rise: Floats, rows: int, repeats: int
-) -> tuple[list[Centreline], Ints, Floats]:
-    """Return the yarns of `rows` interlock rows, of which the r rows of a repeat are drawn, each in its place.
-
-    Rows lie a vector `rise` (3,) [m] apart; a row has `repeats` repeats.
-
-    Returns
-    -------
-    lines : list of Centreline
-        All ``rows`` + 1 yarns.
-    copy_of : ndarray of int (rows + 1,)
-        The yarn that every yarn is a moved copy of.
-    shift : ndarray (rows + 1, 3)
-        Vector from that yarn to the copy. [m]
-    """
-    every, height = np.arange(rows + 1), len(curves)
+def knit_of_rows(
+    curves: Sequence[CatmullRom],  # of the rows of a repeat, each in its place
+    drawn: Loop,  # with their spacings and their yarn
+    columns: int,  # loops of a row of the repeat
+    loops: int,
+    rows: int,
+    **more: Any,
+) -> Fabric:
+    """Return ``rows`` interlock rows of ``loops`` loops, which are ``rows`` + 1 whole yarns; `more` as of `Fabric`."""
+    every, height, repeats = np.arange(rows + 1), len(curves), loops // columns
+    wale, course, rise = drawn.wale_spacing, drawn.course_spacing, drawn.rise
     first = [Centreline(curve, repeats) for curve in curves]
     lines, copy_of = first[: rows + 1], every % height
     for row in every[height:].tolist():
         like = first[copy_of[row]]
         moved = like.curve.control_points + row // height * (height * rise)
         lines.append(Centreline(CatmullRom(moved, like.curve.advance), repeats, like))
-    return lines, copy_of, (every - copy_of)[:, None] * rise
+    return of_curves(
+        lines,
+        drawn.radius,
+        drawn.clearance,
+        size=np.array([loops * wale, rows * course, 2 * drawn.radius]),
+        copy_of=copy_of,
+        shift=(every - copy_of)[:, None] * rise,
+        repeats=repeats,
+        cell=np.array([wale, course]) * [columns, height],
+        **more,
+    )
 
 
 def sample_of(loop: Loop, loops: int, rows: int, specimen: str) -> Fabric | None:

@@ -27,17 +27,9 @@ GAUSS_POINTS, GAUSS_WEIGHTS = 0.5 * np.array(np.polynomial.legendre.leggauss(16)
 class CatmullRom:
     """C1 piecewise cubic curve through control points, periodic up to an advance.
 
-    Parameters
-    ----------
-    control_points : array_like (P, 3)
-        Points that the curve passes at the parameters u = 0, 1, ..., P - 1. [m]
-    advance : array_like (3,)
-        Translation of the curve when u grows by P: C(u + P) = C(u) + advance. [m]
-
-    Raises
-    ------
-    GeometryError
-        With fewer than four control points, or points that are not finite or not of shape (P, 3).
+    It passes its control points (P, 3) [m] at the parameters u = 0, 1, ..., P - 1, and moves by the advance (3,) [m]
+    when u grows by P: C(u + P) = C(u) + advance.
+    Raises GeometryError with fewer than four control points, or points that are not finite or not of shape (P, 3).
 
     Examples
     --------
@@ -131,21 +123,15 @@ class CatmullRom:
 
 
 class Rows(CatmullRom):
-    """Curves of one period and one advance, evaluated together: every place lies on a curve of its own.
+    """Curves of one period and one advance, evaluated together: every place lies on a curve of its own."""
 
-    Parameters
-    ----------
-    control_points : array_like (r P, 3)
-        Of the r curves, one after the other. [m]
-    advance : array_like (3,)
-        Of each. [m]
-    rows : int
-        r.
-    row : ndarray of int (k,)
-        The curve that each of the parameters u (k,) belongs to.
-    """
-
-    def __init__(self, control_points: ArrayLike, advance: ArrayLike, rows: int, row: Ints) -> None:
+    def __init__(
+        self,
+        control_points: ArrayLike,  # (r P, 3), of the r curves, one after the other [m]
+        advance: ArrayLike,  # (3,), of each [m]
+        rows: int,  # r
+        row: Ints,  # (k,), the curve that each of the parameters u (k,) belongs to
+    ) -> None:
         super().__init__(control_points, advance)
         self._period = len(self.control_points) // rows
         self._first = self._period * np.asarray(row, dtype=int)[:, None]
@@ -181,29 +167,18 @@ def stencil(u: ArrayLike, order: int) -> tuple[Ints, Floats]:
 
 
 class Centreline:
-    """Centreline of one yarn as a curve of its arc length, from its left end to its right one.
+    """Centreline of one yarn as a curve of its arc length, from its left end to its right one."""
 
-    Parameters
-    ----------
-    curve : CatmullRom
-        The yarn begins at its control point 0.
-    loops : int
-        Number of periods that the yarn is long.
-    like : Centreline, optional
-        One that this one is an image of: its arc lengths serve for both.
-
-    Attributes
-    ----------
-    length : float
-        Arc length of the yarn. [m]
-    start : float
-        Where the yarn begins, of a part of another one, along that. [m]
-    """
-
-    def __init__(self, curve: CatmullRom, loops: int, like: Centreline | None = None) -> None:
+    def __init__(
+        self,
+        curve: CatmullRom,  # the yarn begins at its control point 0
+        loops: int,  # number of periods that the yarn is long
+        like: Centreline | None = None,  # one that this one is an image of: its arc lengths serve for both
+    ) -> None:
         self.curve, self.loops = curve, loops
         self._lengths: _Lengths = _Lengths(curve, loops) if like is None else like._lengths
-        self.start, self.length = 0.0, float(self._lengths.knots[-1])
+        self.start = 0.0  # of a part of another yarn, where it begins along that [m]
+        self.length = float(self._lengths.knots[-1])  # [m]
 
     def part(self, start: float, end: float) -> Centreline:
         """Return the yarn between two arc lengths [m] of this yarn, with arc lengths of its own."""

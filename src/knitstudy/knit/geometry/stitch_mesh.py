@@ -19,12 +19,12 @@ from itertools import product
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.fabric import Fabric, of_curves
+from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.loop import LoopTarget
-from knitstudy.knit.geometry.specimens import rows_of_repeat
+from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
+from knitstudy.mechanics.arrays import Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,
@@ -66,20 +66,15 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
     every: list[list[Stitch]] = []
     # By row and column of the stitch that is drawn through them
     stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
-    for row, column in product(range(count), range(columns)):
+    for (row, column), (up, moved) in ways_to_next(rows).items():
         letter, marks = letters[row][column][0], letters[row][column][1:]
-        way, front = MARKS[marks[0]] if marks else (0, False)
-        needle = (column + way * len(marks)) % columns
-        kind = STITCHES.find(letter)
-        up = next(up for up in range(count) if knits(letters[(row + 1 + up) % count][needle]))
-        above = (row + 1 + up) % count, needle
-        side = float(STITCHES.find(letters[above[0]][needle][0]).side)
-        own = float(kind.side or side)
-        aside = (1.0 if front else -1.0) if marks else 0.0
+        kind, above = STITCHES.find(letter), ((row + up) % count, (column + moved) % columns)
+        side = float(STITCHES.find(letters[above[0]][above[1]][0]).side)
+        aside = (1.0 if MARKS[marks[0]][1] else -1.0) if marks else 0.0
         if kind.has_head:
             stacks.setdefault(above, []).append((-aside * side, -up, row, column))
         every += [[]] if column == 0 else []
-        every[row].append(Stitch(letter, way * len(marks), aside, side, own, up))
+        every[row].append(Stitch(letter, moved, aside, side, float(kind.side or side), up - 1))
     for row, column in product(range(count), range(columns)):
         if knits(letters[row][column]) and (row, column) not in stacks:
             fact = f"stitch {column + 1} of row {row + 1} has no loop to be drawn through"
@@ -105,19 +100,16 @@ class Drawing:
     def row(self, row: Sequence[Stitch]) -> Floats:
         """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
         parts, before = [], row[-1]
+        legs = self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])  # their middles
         for column, stitch in enumerate(row):
             points = (STITCHES.find(stitch.letter).draw or DRAWN.get(stitch.letter, loop))(self, stitch)
-            points[:, 2] *= np.where(self._is_head(points), stitch.side, stitch.own)
+            points[:, 2] *= np.where(points[:, 1] > legs, stitch.side, stitch.own)
             points[0, 2] *= 0.5 * (before.own + stitch.own) * stitch.own
             if stitch.moved:
                 points += self._lean(points, stitch)
             parts.append(points + np.array([column * self.wale, 0.0, 0.0]))
             before = stitch
         return np.concatenate(parts)
-
-    def _is_head(self, points: Floats) -> Bools:
-        """Whether points (n, 3) lie above the middles of the legs."""
-        return points[:, 1] > self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])
 
     def _lean(self, points: Floats, stitch: Stitch) -> Floats:
         """Return by how much the points (n, 3) of a loop are moved: its head to its needle, its legs past others."""
@@ -166,26 +158,22 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     """
     letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)
     stitches = stitches_of(letters)
-    columns, height = len(stitches[0]), len(stitches)
+    columns = len(stitches[0])
     depth = 1 + max(stitch.place for row in stitches for stitch in row)
-    points = plain.drawn(wanted.length).control_points * [1, 1, depth]
+    drawn = plain.drawn(wanted.length)
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    diameter = 2 * wanted.radius
+    points, diameter = drawn.control_points * [1, 1, depth], 2 * wanted.radius
     drawing = Drawing(points, wanted.wale, wanted.course, depth * diameter, BEHIND * diameter / depth)
     curves = [
         CatmullRom(drawing.row(row) + number * up, columns * along) for number, row in enumerate(stitches)
     ]
-    lines, copy_of, shift = rows_of_repeat(curves, up, rows, loops // columns)
-    return of_curves(
-        lines,
-        wanted.radius,
-        wanted.clearance,
-        size=np.array([loops * wanted.wale, rows * wanted.course, 2 * wanted.radius]),
-        copy_of=copy_of,
-        shift=shift,
+    return knit_of_rows(
+        curves,
+        drawn,
+        columns,
+        loops,
+        rows,
         specimen="cell",
         made_of={"wale_spacing": wanted.wale, "course_spacing": wanted.course, "loops": loops, "rows": rows},
-        repeats=loops // columns,
-        cell=np.array([columns * wanted.wale, height * wanted.course]),
         periods=np.array([loops * along, rows * up]),
     )

@@ -36,27 +36,12 @@ def sides(stitches: Sequence[str]) -> Ints:
     return np.array([[1 if letter == KNIT else -1 for letter in letters] for letters in stitches])
 
 
-def letters(side: Ints) -> tuple[str, ...]:
-    """Return the rows of letters of sides (r, k).
-
-    Examples
-    --------
-    >>> letters(np.array([[1, -1]]))
-    ('KP',)
-    """
-    return tuple("".join(KNIT if stitch > 0 else PURL for stitch in row) for row in side)
-
-
 def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
     """Return the repeat that stands for all that are the same knit, and where the stitches are found in it.
 
     It is the smallest rectangle that repeats itself, begun and seen from where knit stitches come first. Stitch (i, j)
-    is its stitch (i + up, j + along), of the same side where `front` is 1 and seen from behind where it is -1.
-
-    Returns
-    -------
-    stitches : tuple of str
-    up, along, front : int
+    is its stitch (i + up, j + along), of the same side where `front` is 1 and seen from behind where it is -1. The
+    results are the rows of letters of the rectangle, up, along and front.
 
     Examples
     --------
@@ -69,10 +54,10 @@ def standard(stitches: Sequence[str]) -> tuple[tuple[str, ...], int, int, int]:
         for axis, size in enumerate(side.shape)
     )
     side = side[:rows, :columns]
-    images = [
-        (letters(front * np.roll(side, (up, along), (0, 1))), up, along, front)
-        for front, up, along in product((1, -1), range(rows), range(columns))
-    ]
+    images = []
+    for front, up, along in product((1, -1), range(rows), range(columns)):
+        image = np.where(front * np.roll(side, (up, along), (0, 1)) > 0, KNIT, PURL)
+        images.append((tuple(map("".join, image)), up, along, front))
     return min(images, key=lambda image: image[0])
 
 

@@ -213,8 +213,10 @@ class Recorder:
         HISTORY.require([*row, *(f"contact_{name}" for name in points or {})])
         for name, value in row.items():
             self.columns.setdefault(name, []).append(value)
-        for name, values in (points or {}).items():
-            self.flat.setdefault(name, []).append(values)
+        if points:
+            number = np.full(len(points["crossing"]), len(self.columns["load"]) - 1)
+            for name, values in {"increment": number, **points}.items():
+                self.flat.setdefault(name, []).append(values)
 
     def drop(self) -> None:
         """Take the last increment away."""
@@ -235,7 +237,8 @@ class Recorder:
 
         `once` are variables of `HISTORY` that are the same at all increments, or known at the last one alone.
         """
-        values = {name: np.array(values) for name, values in self.columns.items()} | self._points()
+        values = {name: np.array(values) for name, values in self.columns.items()}
+        values |= {f"contact_{name}": np.concatenate(parts) for name, parts in self.flat.items()}
         values |= {
             "yarn": np.asarray(self.stations.yarn),
             "arc_length": self.stations.arc_length,
@@ -245,12 +248,3 @@ class Recorder:
         axis = {"axis": self.motion.axis, "gauge_length": self.motion.length}
         attributes = self.meter.read() | axis | attributes
         return xr.Dataset(HISTORY.variables(values | dict(once or {})), coords=coordinates, attrs=attributes)
-
-    def _points(self) -> dict[str, Any]:
-        """Return the points in contact of all increments one after another, if there are any."""
-        if not self.flat:
-            return {}
-        counts = [len(values) for values in self.flat["crossing"]]
-        number = np.repeat(np.arange(len(counts)), counts)
-        joined = {f"contact_{name}": np.concatenate(parts) for name, parts in self.flat.items()}
-        return {"contact_increment": number} | joined

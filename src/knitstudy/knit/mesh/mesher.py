@@ -31,32 +31,17 @@ ROUNDING = 1e-6
 
 def mesh_fabric(
     fabric: Fabric,
-    size: float,
-    growth: float = 1.0,
-    refinement: float = 1.0,
-    load: str | None = None,
+    size: float,  # of elements across the yarn, and along it near crossings, in yarn radii
+    growth: float = 1.0,  # spacing of slices away from crossings over `size`
+    refinement: float = 1.0,  # `size` over the size of elements right at crossings, along the yarn and across
+    load: str | None = None,  # its direction, which grips depend on
 ) -> SweptMesh:
     """Mesh all yarns with hexahedra, and refuse the mesh if it fails a gate.
 
     Every crossing lies in the middle of a layer of elements, and the point of contact over the middle of a facet. Yarns
     that are copies of each other get the same slices and the same roll, but for slices where grips end.
-
-    Parameters
-    ----------
-    size : float
-        Element size across the yarn, and along it near crossings, in yarn radii.
-    growth : float
-        Spacing of slices away from crossings over ``size``.
-    refinement : float
-        ``size`` over the size of elements right at crossings, along the yarn and across.
-    load : str, optional
-        Direction of the load, which grips depend on.
-
-    Raises
-    ------
-    MeshError
-        If the sizes are not allowed, the mesh does not fit into memory, crossings are too close together for them,
-        elements are folded, the yarn bends too tightly, or yarns overlap.
+    Raises MeshError if the sizes are not allowed, the mesh does not fit into memory, crossings are too close together
+    for them, elements are folded, the yarn bends too tightly, or yarns overlap.
 
     Examples
     --------

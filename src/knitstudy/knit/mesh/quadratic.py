@@ -67,7 +67,6 @@ class QuadraticMesh:
     """Quadratic hexahedra of all yarns, numbered yarn by yarn, station by station."""
 
     corners: SweptMesh  # of the corners alone, on the true radius
-    section: QuadraticSection
     nodes: Floats  # (N, 3) coordinates. [m]
     elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.hexahedron`
     yarn: Ints  # (N,)
@@ -140,7 +139,6 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     refuse_folded(corners, smallest, "quadratic hexahedron", "its Jacobian at a Gauss point")
     return QuadraticMesh(
         corners=corners,
-        section=section,
         nodes=nodes,
         elements=elements,
         yarn=np.repeat(np.arange(mesh.yarns), np.diff(np.append(start[mesh.first_slice[:-1]], len(nodes)))),

@@ -261,35 +261,20 @@ class Spacing:
 
 
 def place_slices(
-    length: float,
+    length: float,  # of the yarn [m]
     spacing: Spacing,
-    periods: int = 1,
+    periods: int = 1,  # equally long parts of the yarn (its loops) at whose ends slices stand
+    # Rising arc lengths (crossings) in the middle of a layer of elements, whose length is the spacing there [m]
     centred: ArrayLike = (),
-    ends: ArrayLike = (),
+    ends: ArrayLike = (),  # arc lengths (of grips' ends) at which slices stand besides [m]
 ) -> Floats:
     """Arc lengths of the slices of one yarn, equidistributed with respect to ``spacing``.
 
     The ends of the periods, the ends of grips, and the layers of elements that have one of the ``centred`` arc lengths
     in their middle, divide the yarn into parts. Within a part the integral of ds / spacing(s) between neighbours is
     the same everywhere, and as near to 1 as a whole number of elements allows.
-
-    Parameters
-    ----------
-    length : float
-        Arc length of the yarn, m.
-    periods : int
-        Number of equally long parts of the yarn (its loops) at whose ends slices stand.
-    centred : sequence of float
-        Increasing arc lengths (the crossings) that shall lie in the middle of a layer of elements, whose
-        length is the spacing there, m.
-    ends : sequence of float
-        Arc lengths (of grips' ends) at which slices stand besides, m.
-
-    Raises
-    ------
-    MeshError
-        If two centred arc lengths, or one and the end of a period or grip, leave less than half an element between
-        their layers.
+    Raises MeshError if two centred arc lengths, or one and the end of a period or grip, leave less than half an element
+    between their layers.
     """
     centred = np.asarray(centred, dtype=float)
     ends = np.sort(np.concatenate([np.linspace(0.0, length, periods + 1), ends]))

@@ -281,34 +281,19 @@ class SweptMesh:
 def sweep(
     centrelines: Sequence[Centreline],
     section: Section,
-    radius: float,
-    spacing: Spacing | Sequence[Spacing],
+    radius: float,  # of the yarns [m]
+    spacing: Spacing | Sequence[Spacing],  # one a yarn, or one for all
     periods: int = 1,
+    # One a yarn: places in the middle of a layer of elements, and points that the middle of a facet faces there
     targets: Sequence[Targets] | None = None,
     ends: Mapping[int, Floats] | None = None,
-    grading: Grading = UNIFORM,
+    grading: Grading = UNIFORM,  # how far sections are drawn towards the targets; along the yarn `spacing` counts
 ) -> SweptMesh:
     """Sweep a section along every centreline.
 
     Frames do not spin about the centreline, but for the roll that turns facets to the targets. `periods` and the `ends`
     of every yarn are those of `place_slices`.
-
-    Parameters
-    ----------
-    radius : float
-        Of the yarns. [m]
-    spacing : Spacing, or a sequence of them
-        One a yarn, or one for all.
-    targets : sequence of Targets, optional
-        One a yarn: places that shall lie in the middle of a layer of elements, and points that the middle of
-        one of its facets shall face there.
-    grading : Grading
-        How far sections are drawn towards the targets; the spacing along the yarn is ``spacing`` alone.
-
-    Raises
-    ------
-    MeshError
-        If targets are too close together for the spacing or the grading.
+    Raises MeshError if targets are too close together for the spacing or the grading.
     """
     targets = [NO_TARGETS] * len(centrelines) if targets is None else targets
     spacings = [spacing] * len(centrelines) if isinstance(spacing, Spacing) else spacing

@@ -1,25 +1,29 @@
 """Alternative keys of a knit: loops per length, tex, files of control points or for machines, a yarn by its name.
 
 These names may be set like keys of a scene, in families and with ``--set``; a scene has the keys that they stand for.
+Keys of the scene itself have priority over those of a yarn; friction is left out of scenes whose yarns do not slide.
 """
 
 from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cache
 from math import pi, sqrt
 from numbers import Real
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.documents import RESOURCES, read_yaml
+from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.knitout import repeat_of
 from knitstudy.knit.scene.stitches import size_of_repeat
-from knitstudy.knit.scene.yarns import KEYS, OF, STIFFNESSES, read_yarn
+from knitstudy.registry import find
 
 log = logging.getLogger(__name__)
 
@@ -38,6 +42,25 @@ KNITOUT = "pattern.knitout"
 """File for a knitting machine, whose repeat the stitches are: one repeat, where loops and rows are not set."""
 KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
 """The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
+
+OF = "yarn.of"
+"""A yarn by its name in ``resources/yarns``, or by the path of a user's file."""
+
+FOLDER = RESOURCES / "yarns"
+
+KEYS = {
+    "diameter": ("yarn.diameter", "m"),
+    "stretching": ("yarn.stretching", "N"),
+    "bending": ("yarn.bending", "N m2"),
+    "twisting": ("yarn.twisting", "N m2"),
+    "pressing": ("yarn.pressing", "N"),
+    "pressing_exponent": ("yarn.pressing_exponent", "1"),
+    "friction": ("contact.friction", "1"),
+}
+"""The key of a scene, and its unit, of every value of a yarn."""
+
+STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
+"""Keys that replace the stiffness of a solid circle."""
 
 OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, *KNITOUT_PART, OF)
 """Names that may be set like keys, though no scene has them."""
@@ -67,7 +90,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         for base in (POINTS, WALE):
             _only(keys_of_base, POINTS_FILE, base, where)
         path = Path(str(keys_of_base.pop(POINTS_FILE)))
-        points, wale = _said_points(path, path.stat().st_mtime_ns if path.is_file() else 0)
+        points, wale, _ = _content(read_points, path)
         keys_of_base |= {
             POINTS: points.tolist(),
             WALE: wale,
@@ -77,7 +100,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         _only(keys_of_base, KNITOUT, STITCHES, where)
         path = Path(str(keys_of_base.pop(KNITOUT)))
         part = [_first_and_last(name, keys_of_base.pop(name, None), where) for name in KNITOUT_PART]
-        repeat = _knitted_repeat(path, path.stat().st_mtime_ns if path.is_file() else 0, *part)
+        repeat = _content(repeat_of, path, *part)
         size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
     mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
@@ -108,10 +131,14 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     return remaining, values
 
 
+def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:
+    """Return what a function reads from a file; every version of the file is read once."""
+    return _read(read, path, path.stat().st_mtime_ns if path.is_file() else 0, *part)
+
+
 @cache
-def _knitted_repeat(path: Path, _changed: int, rows: Any, needles: Any) -> tuple[str, ...]:
-    """Return the repeat of a part of a file; every version of the file is knitted once."""
-    return repeat_of(path, rows, needles)
+def _read(read: Callable[..., Any], path: Path, _changed: int, *part: Any) -> Any:
+    return read(path, *part)
 
 
 def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None:
@@ -126,15 +153,6 @@ def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None
             f"{where}: {name} is {value!r} but must be the first and the last one, such as [3, 14]"
         )
     return value[0], value[1]
-
-
-@cache
-def _said_points(path: Path, _changed: int) -> tuple[np.ndarray, float]:
-    """Return points and wale spacing of a file; changes that make them symmetric are logged once for every version."""
-    points, wale, moved = read_points(path)
-    if moved > ROUNDED * wale:
-        log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
-    return points, wale
 
 
 def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
@@ -189,6 +207,8 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
         half = 0.5 * (half + [wale / 2, 0, 0] + half[::-1] * [-1, -1, 1])
         symmetric = np.vstack([half, [wale, 0, 0] + half[-2::-1] * [-1, 1, 1]])
     moved = float(np.linalg.norm(symmetric - points, axis=1).max())
+    if moved > ROUNDED * wale:
+        log.warning("%s: control points were moved by at most %.3g mm to be symmetric", path, 1e3 * moved)
     return symmetric[:-1], wale, moved
 
 
@@ -206,3 +226,61 @@ def _table(path: Path) -> np.ndarray:
         raise ValueError(f"the first row is {', '.join(head)}")
     points = table.iloc[1:, [named[axis][0] for axis in "xyz"]].to_numpy(dtype=float)
     return points * (1e-3 if units == {"mm"} else 1.0)
+
+
+# Yarns as files: measured, printed, fitted or assumed values, each with its unit and its source
+
+
+class Value(Section):
+    """A value of a yarn."""
+
+    value: float | None = declared(allowed="a number in the unit, or null where it is not known")
+    unit: str = declared()
+    provenance: Literal["measured", "printed", "fitted on stockinette", "assumed", "unknown"] = declared()
+    source: Annotated[str, Field(min_length=1)] = declared(allowed="a text: where the value comes from")
+    interval: tuple[float, float] | None = declared(
+        allowed="the lowest and the highest value that go as well, or null", default=None
+    )
+
+
+class LoopLength(Value):
+    """The yarn in a stitch of a fabric [m]."""
+
+    stitches: Annotated[tuple[str, ...], Field(min_length=1)] = declared(
+        allowed="rows of a repeat, as of pattern.stitches"
+    )
+
+
+class YarnFile(Section):
+    """A yarn: its name for people, its values, and how much of it there is in a stitch of some fabrics."""
+
+    name: str = declared(allowed="a text", default="")
+    values: dict[str, Any] = declared(allowed="a group of values, such as diameter")  # of `Value`
+    loop_lengths: tuple[Any, ...] = declared(allowed="a list of lengths", default=())  # of `LoopLength`
+
+
+def known_yarns() -> dict[str, Path]:
+    """Return the files of the yarns that are kept, by name."""
+    return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
+
+
+def read_yarn(name: str, where: str = OF) -> YarnFile:
+    """Return a yarn by its name, or from a file of the user.
+
+    Raises ConfigurationError, naming the file, the value and the allowed values.
+    """
+    own = Path(str(name))
+    path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
+    yarn = validated(YarnFile, read_yaml(path), where := str(path))
+    values = {part: validated(Value, entry, where, f"{part}.") for part, entry in yarn.values.items()}
+    for part, quantity in values.items():
+        _, unit = find("value of a yarn", KEYS, part, where)
+        if quantity.unit != unit:
+            raise ConfigurationError(f"{where}: {part}.unit is {quantity.unit!r} but must be {unit!r}")
+        if (quantity.value is None) != (quantity.provenance == "unknown"):
+            only = "where its provenance is unknown, and only there"
+            raise ConfigurationError(f"{where}: {part}.value must be null {only}")
+    lengths = tuple(
+        validated(LoopLength, loop_length, where, "loop_lengths.") for loop_length in yarn.loop_lengths
+    )
+    return yarn.model_copy(update={"values": values, "loop_lengths": lengths})

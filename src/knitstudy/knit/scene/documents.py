@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import copy
 import re
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 import yaml
 
 from knitstudy.errors import ConfigurationError, message_of
+from knitstudy.registry import unknown_choice
 
 DATA = Path(str(files("knitstudy"))) / "data"
 """Data of the package; in a checkout, links to its folders."""
@@ -121,3 +122,58 @@ _Loader.add_implicit_resolver(
     re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),
     list("-+.0123456789"),
 )
+
+
+# Defaults of all keys: ``defaults.yaml`` of a configuration over the file of a calibrated loop that it names
+
+# Section and name that a key of a calibrated loop has in a scene.
+_LOOP_KEYS = {
+    "control_points": ("pattern", "control_points"),
+    "course_spacing": ("pattern", "course_spacing"),
+    "wale_spacing": ("pattern", "wale_spacing"),
+    "diameter": ("yarn", "diameter"),
+    "free": ("geometry", "free"),
+}
+
+_RECORD = "achieved"  # Record of the calibration, for readers
+
+
+def base_of(config: Path) -> Path:
+    """Return the folder whose defaults, calibration and families hold for a folder, or a file, of scenes."""
+    config = Path(config)
+    own = config.is_file() or (config.is_dir() and not (config / "defaults.yaml").exists())
+    return CONFIG if own else config
+
+
+def layered_defaults(config: Path = CONFIG) -> dict[str, Any]:
+    """Return ``defaults.yaml``, with the loop file that ``pattern.loop`` names laid under it."""
+    config = base_of(config)
+    document = read_yaml(config / "defaults.yaml")
+    pattern = document.get("pattern")
+    if not isinstance(pattern, dict) or "loop" not in pattern:
+        return document
+    layer = _read_loop(config / str(pattern.pop("loop")))
+    for name, inside in layer.items():
+        if isinstance(document.setdefault(name, {}), dict):
+            document[name] = inside | document[name]
+    return document
+
+
+@cache
+def packaged_defaults() -> dict[str, Any]:
+    """Return the defaults of the package, which scenes and sections take that are made in Python."""
+    return layered_defaults()
+
+
+def _read_loop(path: Path) -> dict[str, Any]:
+    """Return the layer of a scene that a file of a calibrated loop gives."""
+    loop = read_yaml(path)
+    layer: dict[str, Any] = {}
+    for name, (section, key) in _LOOP_KEYS.items():
+        if name not in loop:
+            raise ConfigurationError(f"{path}: the key {name!r} of a calibrated loop is missing")
+        layer.setdefault(section, {})[key] = loop[name]
+    known = [*_LOOP_KEYS, _RECORD]
+    for name in loop.keys() - set(known):
+        raise ConfigurationError(f"{path}: {unknown_choice('unknown key', name, name, known)}")
+    return layer

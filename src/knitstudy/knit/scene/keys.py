@@ -7,14 +7,10 @@ values in words, error messages, ``knitstudy check``, ``keys.md`` and the identi
 
 from __future__ import annotations
 
-import ast
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
-from inspect import get_annotations, getsource
-from itertools import pairwise
-from textwrap import dedent
 from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -23,6 +19,7 @@ from typing import (
     ClassVar,
     Literal,
     TypeVar,
+    Unpack,
     dataclass_transform,
     get_args,
     get_origin,
@@ -34,7 +31,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.registry import listed, meanings, unknown_choice
 
 ROLES = {
@@ -48,7 +45,7 @@ ROLES = {
 PROVENANCES = ("stated", "inferred", "assumed", "calibrated", "choice")
 """Provenance of an input; see config/README.md."""
 
-LARGEST = 2**63  # Larger whole numbers are mistakes
+LARGEST = 2**63  # Of larger whole numbers a message counts the digits
 LONG = 120  # Largest number of characters of a value in a message
 
 SIGNS = {"gt": ">", "ge": ">=", "lt": "<", "le": "<="}
@@ -79,33 +76,21 @@ class OneOf:
 
 
 def key(
-    role: str,
-    provenance: str,
+    role: str,  # one of `ROLES`
+    provenance: str,  # one of `PROVENANCES`
     *,
     unit: str = "1",
-    meaning: str = "",
+    meaning: str = "",  # follows type and bounds in messages; by default the unit does
+    # Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ..."
     allowed: str | Callable[[], str] = "",
     default: Any = ...,
-    **bounds: Any,
+    **bounds: Any,  # ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic
 ) -> Any:
     """Return the field of a key; the text under it names its source (see above).
 
-    Parameters
-    ----------
-    role : str
-        One of `ROLES`.
-    provenance : str
-        One of `PROVENANCES`.
-    meaning : str
-        Follows type and bounds in messages; by default the unit does.
-    allowed : str or callable
-        Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ...".
-    default : optional
-        The value of scenes that do not set the key. Results from before the key existed were made under this value: it
-        enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults stand
-        in ``config/defaults.yaml``; no key has both.
-    **bounds
-        ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic.
+    The default is the value of scenes that do not set the key. Results from before the key existed were made under this
+    value: it enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults
+    stand in ``config/defaults.yaml``; no key has both.
     """
     if role not in ROLES or provenance not in PROVENANCES:
         raise ValueError(f"a key of role {role!r} and provenance {provenance!r}")
@@ -164,9 +149,20 @@ class Section(BaseModel, metaclass=SectionType):
     """
 
     group: ClassVar[str] = ""
-    """Name of the group of keys in a scene, and in ``defaults.yaml``; of sections that have one."""
+    """Name of the group of keys in a scene, and in ``defaults.yaml``; the head of its class gives it."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
+    model_config = ConfigDict(
+        frozen=True,
+        extra="forbid",
+        strict=True,
+        allow_inf_nan=False,
+        defer_build=True,
+        use_attribute_docstrings=True,  # the text below a key is the description of its field
+    )
+
+    def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
+        super().__init_subclass__(**config)
+        cls.group = group or cls.group
 
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -177,34 +173,14 @@ def said(part: Any) -> Any:
     return part.model_dump(mode="json", exclude_unset=True) if isinstance(part, Section) else part
 
 
-def describe(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section, without its source."""
-    known: Any = section.model_fields[name].json_schema_extra
-    assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
-    return known
-
-
-def describe_with_source(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section with the text below the key."""
-    text = " ".join(_texts(section).get(name, "").split())
-    source, _, checked = text.partition(" Checked: ")
-    about = {"source": source.removesuffix("."), "checked": checked.removesuffix(".") or "none"}
-    return replace(describe(section, name), **about)
-
-
 @cache
-def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts below the keys of a section, for pages and ``check --sources``."""
-    texts: dict[str, str] = {}
-    for ancestor in reversed(section.__mro__[: section.__mro__.index(Section)]):
-        if get_annotations(ancestor):  # combinations of sections have no key of their own, and no source
-            (defined,) = ast.parse(dedent(getsource(ancestor))).body
-            assert isinstance(defined, ast.ClassDef)
-            for field, text in pairwise(defined.body):
-                match field, text:
-                    case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=source):
-                        texts[name] = ast.literal_eval(source)
-    return texts
+def describe(section: type[Section], name: str) -> Description:
+    """Return the description of the key `name` of a section; the text below the key gives source and checked range."""
+    field = section.model_fields[name]
+    known: Any = field.json_schema_extra
+    assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
+    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    return replace(known, source=source.removesuffix("."), checked=checked.removesuffix(".") or "none")
 
 
 def allowed_values(section: type[Section], name: str) -> str:
@@ -246,16 +222,10 @@ def validated(section: type[AnySection], values: Any, where: str, prefix: str = 
     Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """
     if not isinstance(values, Mapping):
-        raise ConfigurationError(f"{where}: {_said(prefix.rstrip('.'), values)} a group of keys")
+        raise ConfigurationError(f"{where}: {refused(prefix.rstrip('.'), values, 'a group of keys')}")
     for name in values.keys() - section.model_fields.keys():
         message = unknown_choice("unknown key", f"{prefix}{name}", str(name), sorted(section.model_fields))
         raise ConfigurationError(f"{where}: {message}")
-    for path, value in _leaves(values, ()):
-        if isinstance(value, float) and not math.isfinite(value):
-            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} a finite number")
-        if isinstance(value, int) and abs(value) > LARGEST:
-            allowed = allowed_values(section, path[0])
-            raise ConfigurationError(f"{where}: {_said_of(prefix, path, value)} {allowed}")
     try:
         return section.model_validate({name: tuples(value) for name, value in values.items()})
     except ValidationError as errors:
@@ -270,7 +240,9 @@ def _message(section: type[Section], error: Mapping[str, Any], prefix: str) -> s
     name = error["loc"][0]
     if _is_missing(error):
         return f"the key {prefix + name!r} is missing; it must be {allowed_values(section, name)}"
-    return f"{_said_of(prefix, error['loc'], error['input'])} {allowed_values(section, name)}"
+    wanted = "a finite number" if error["type"] == "finite_number" else allowed_values(section, name)
+    verb = "has the entry" if len(error["loc"]) > 1 else "is"
+    return refused(f"{prefix}{name}", error["input"], wanted, verb)
 
 
 def _is_missing(error: Mapping[str, Any]) -> bool:
@@ -278,24 +250,12 @@ def _is_missing(error: Mapping[str, Any]) -> bool:
     return error["type"] == "missing" and len(error["loc"]) == 1
 
 
-def _said_of(prefix: str, path: Sequence[Any], value: Any) -> str:
-    return _said(f"{prefix}{path[0]}", value, "has the entry" if len(path) > 1 else "is")
-
-
-def _said(key: str, value: Any, verb: str = "is") -> str:
-    """Return the value of a key, or of an entry of its list, as YAML, cut where it is long."""
+def refused(key: str, value: Any, wanted: str, verb: str = "is") -> str:
+    """Return the message for the value of a key, or for an entry of its list, as YAML, cut where it is long."""
     text = repr(lists(value))
     if isinstance(value, int) and abs(value) > LARGEST:
         text = f"a whole number of {math.ceil(math.log10(2) * value.bit_length())} digits"
-    return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be"
-
-
-def _leaves(node: Any, path: tuple[Any, ...]) -> Iterator[tuple[tuple[Any, ...], Any]]:
-    if not isinstance(node, Mapping | list | tuple):
-        yield path, node
-        return
-    for name, child in node.items() if isinstance(node, Mapping) else enumerate(node):
-        yield from _leaves(child, (*path, name))
+    return f"{key} {verb} {text if len(text) <= LONG else f'{text[:LONG]} ...'} but must be {wanted}"
 
 
 def tuples(value: Any) -> Any:

@@ -11,8 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
-from typing import Any, ClassVar, Literal, get_type_hints
+from functools import cache, cached_property, wraps
+from typing import Any, ClassVar, Literal, TypeVar, get_type_hints
 
 from pydantic import create_model
 
@@ -31,6 +31,7 @@ from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.registry import Registry, meanings, near_names
 
 Sections = dict[str, type[Section]]
+Found = TypeVar("Found")
 
 ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
 
@@ -49,9 +50,9 @@ class Labels(Section):
     specimen: str = physics("inferred", allowed=lambda: meanings(SPECIMENS.all()))
     """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
     fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
-    """Sections 2.3 to 2.6 of the paper: DNS, 3D ROM, 2D ROM; section 3.3: beams in contact. Checked: all."""
+    """Sections 2.3 to 2.6 of the paper: solids, networks of beams; section 3.3: beams in contact. Checked: all."""
     interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS.all()))
-    """Section 2.2, Fig. 2 and Table 1: tie constraint, rough contact, isotropic Coulomb friction. Checked: all."""
+    """Section 2.2, Fig. 2 and Table 1: ties, rough contact, Coulomb friction. Checked: all."""
     outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
     """No result depends on them. Checked: all."""
 
@@ -61,7 +62,7 @@ class Part(Labels):
 
     kind: ClassVar[Kind]
     specimens: ClassVar[tuple[str, ...]] = ()
-    """Of a model: the specimens whose scenes are of this class."""
+    """The specimens whose scenes are of this class."""
     touches: ClassVar[bool | None] = None
     """Of a model: whether yarns of these scenes are in contact; None: in contact or tied."""
     takes: ClassVar[Literal["one stitch", "knit and purl", "all stitches"]] = "knit and purl"
@@ -114,18 +115,16 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A model of a fabric: its classes of scenes, name, look in figures and cost."""
+    """A model of a fabric: its classes of scenes, name and cost."""
 
     name: str  # value of the key `fidelity`
     meaning: str
-    label: str  # in figures and tables
     parts: tuple[type[Part], ...]  # the classes of scenes that it models
     # (scene, fabric, ...) -> Problem; other parameters name the data of other stages
     build: Callable[..., Any]
     solid: bool = False  # whether all yarns are solids
     sources: tuple[str, ...] = ()  # dotted keys that name direct simulations which it takes something from
     outputs: tuple[str, ...] = ("vtu",)  # outputs that a scene may ask for besides the history
-    look: tuple[str, str, str] = ("#1A1A1A", "-", "o")  # colour, dash and marker of its lines in figures
     # Expected memory, memory of each cell on top [MB], and processor time of a cell in twelve increments [s]; for
     # solids, all three follow from the number of unknowns
     memory: float = 1000
@@ -216,7 +215,10 @@ class Kind:
     @cached_property
     def sections(self) -> Sections:
         """Sections by their names."""
-        sections = {name: hint for name, hint in get_type_hints(self.part).items() if _is_section(hint)}
+        hints = get_type_hints(self.part).items()
+        sections = {
+            name: hint for name, hint in hints if isinstance(hint, type) and issubclass(hint, Section)
+        }
         if "contact" in sections:
             sections["contact"] = self.interaction.contact(sections["contact"])
         return sections
@@ -233,10 +235,6 @@ class Kind:
 @cache
 def _kind(specimen: Specimen, interaction: Interaction, fidelity: Model) -> Kind:
     return Kind(specimen, interaction, fidelity)
-
-
-def _is_section(hint: Any) -> bool:
-    return isinstance(hint, type) and issubclass(hint, Section)
 
 
 def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> str:
@@ -263,14 +261,15 @@ def all_kinds() -> list[Kind]:
     ]
 
 
+def _of_all_registered(function: Callable[[], Found]) -> Callable[[], Found]:
+    """Return a function whose result is formed once for all specimens, interactions and models that there are."""
+    kept = cache(lambda *names: function())
+    return wraps(function)(lambda: kept(SPECIMENS.names(), INTERACTIONS.names(), MODELS.names()))
+
+
+@_of_all_registered
 def all_sections() -> dict[str, dict[str, type[Section]]]:
     """Return the keys of every section of any kind of scene, each with the class that describes it."""
-    return _sections_of(SPECIMENS.names(), INTERACTIONS.names(), MODELS.names())
-
-
-@cache
-def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]:
-    """Return `all_sections`, formed once for all that is there under these names."""
     sections: dict[str, dict[str, type[Section]]] = {}
     for kind in all_kinds():
         for section, described in kind.sections.items():
@@ -280,23 +279,18 @@ def _sections_of(*names: tuple[str, ...]) -> dict[str, dict[str, type[Section]]]
     return sections
 
 
+@_of_all_registered
+def all_keys() -> dict[str, type[Section]]:
+    """Return the classes that describe the keys of all kinds of scenes, by label and by dotted key."""
+    labels: dict[str, type[Section]] = dict.fromkeys(Labels.model_fields, Labels)
+    sections = all_sections().items()
+    return labels | {f"{name}.{key}": section for name, keys in sections for key, section in keys.items()}
+
+
 def defaults_of_fields() -> dict[str, Any]:
     """Return the defaults that stand in the fields of keys, by dotted key."""
     fields = {key: section.model_fields[key.rpartition(".")[2]] for key, section in all_keys().items()}
     return {key: lists(field.default) for key, field in fields.items() if not field.is_required()}
-
-
-def all_keys() -> dict[str, type[Section]]:
-    """Return the classes that describe the keys of all kinds of scenes, by label and by dotted key."""
-    return _keys_of(SPECIMENS.names(), INTERACTIONS.names(), MODELS.names())
-
-
-@cache
-def _keys_of(*names: tuple[str, ...]) -> dict[str, type[Section]]:
-    """Return `all_keys`, formed once for all that is there under these names."""
-    labels: dict[str, type[Section]] = dict.fromkeys(Labels.model_fields, Labels)
-    sections = all_sections().items()
-    return labels | {f"{name}.{key}": section for name, keys in sections for key, section in keys.items()}
 
 
 def role_of(key: str) -> str | None:

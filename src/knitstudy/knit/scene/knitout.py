@@ -18,7 +18,14 @@ import numpy as np
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of
-from knitstudy.knit.scene.stitches import MARKS, idle_needle, knits, stitches_of_row, wrong_stitches
+from knitstudy.knit.scene.stitches import (
+    MARKS,
+    STITCHES,
+    idle_needle,
+    stitches_of_row,
+    ways_to_next,
+    wrong_stitches,
+)
 
 log = logging.getLogger(__name__)
 
@@ -48,20 +55,11 @@ def repeat_of(path: Path | str, rows: Ends | None = None, needles: Ends | None =
 
 
 def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> Repeat:
-    """Return the repeat of a knitout file.
+    """Return the repeat of a knitout file, or of a part of it.
 
-    Parameters
-    ----------
-    path : path
-    rows, needles : pair of int, optional
-        The part of the file in which the repeat is looked for: passes of the carriage from 1 on, and positions of
-        needles as in the file; by default all.
-
-    Raises
-    ------
-    ConfigurationError
-        When the file cannot be read or knitted, or holds what no letters say, with its line; when rows of another yarn
-        lie above or below the body; or when no needle knits twice.
+    The part are passes of the carriage, `rows` from 1 on, and positions of needles as in the file; by default all.
+    Raises ConfigurationError when the file cannot be read or knitted, or holds what no letters say, with its line; when
+    rows of another yarn lie above or below the body; or when no needle knits twice.
     """
     knit = Letters(Machine(Path(path)))
     asked, column = knit.part(rows, needles)
@@ -92,14 +90,9 @@ def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None
 
 
 class Letters:
-    """A knit as rows of letters.
+    """A knit as rows of letters: `grid` has a stitch, a letter with its marks, for every row and column.
 
-    Attributes
-    ----------
-    grid : ndarray of str
-        A stitch, a letter with its marks, for every row and column; `NO_LETTER` for what no letter says.
-    needle : list
-        A needle of every column.
+    It is `NO_LETTER` for what no letter says. `needle` is a needle of every column.
     """
 
     def __init__(self, machine: Machine) -> None:
@@ -185,13 +178,12 @@ class Letters:
             raise self._refuse(body[0].line, f"read as {' '.join(stitches)} from here on: {wrong}")
         self._check_layers(body)
         self._check_yarns(body, len(stitches_of_row(stitches[0])))
-        expected = parents_of_letters(stitches, len(rows), len(columns))
+        parents, high, wide = parents_of_letters(stitches), len(stitches), len(stitches_of_row(stitches[0]))
         for loop in body:
             row, column = self.place(loop)
             here = {self.place(parent) for parent in loop.parents}
-            letters = {
-                (row - up, column - along) for up, along in expected[row - rows[0], column - columns[0]]
-            }
+            said = parents.get(((row - rows[0]) % high, (column - columns[0]) % wide), ())
+            letters = {(row - up, column - along) for up, along in said}
             if here != letters and all(r in rows and c in columns for r, c in here | letters):
                 raise self._refuse(
                     loop.line,
@@ -224,7 +216,8 @@ class Letters:
         """Refuse a yarn that does not lead from needle to needle along rows and turn at the edges of the knit."""
         inside, near = set(body), max(EDGE, min(wide, len(self.needle) // 4))
         live = [{self.column[needle] for needle in row if needle in self.column} for row in self.machine.live]
-        yarns = yarns_of(self.loops)
+        carriers = dict.fromkeys(carrier for loop in self.loops for carrier in loop.carriers)
+        yarns = {name: [loop for loop in self.loops if name in loop.carriers] for name in carriers}
         for carrier, loop, after in (
             (name, *step) for name, yarn in yarns.items() for step in pairwise(yarn)
         ):
@@ -297,12 +290,6 @@ def fault_of(loop: Loop, last: int) -> str:
     return ""
 
 
-def yarns_of(loops: Sequence[Loop]) -> dict[str, list[Loop]]:
-    """Return the loops of every carrier, in the order in which the yarn makes them."""
-    carriers = dict.fromkeys(carrier for loop in loops for carrier in loop.carriers)
-    return {carrier: [loop for loop in loops if carrier in loop.carriers] for carrier in carriers}
-
-
 def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
     """Return the column of every needle, a needle of every column, and where columns are, in needles.
 
@@ -328,30 +315,13 @@ def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], 
     return column, needles, np.array([at[needle] for needle in needles])
 
 
-def parents_of_letters(stitches: Sequence[str], rows: int, columns: int) -> dict[Place, list[Place]]:
-    """Return how many rows below and columns to the left the parents of every stitch are, of repeats side by side.
-
-    Stitch (0, 0) is that of the repeat; others begin below and beside it, so that all have their parents.
-    """
-    repeat = [stitches_of_row(row) for row in stitches]
-    high, wide = len(repeat), len(repeat[0])
-    beside = wide * (1 + max(len(stitch) for row in repeat for stitch in row) // wide)
-    on: dict[int, list[Place]] = {}  # loops on the needles
-    parents: dict[Place, list[Place]] = {}
-    for row in range(-3 * high, rows):
-        lifted = {}
-        for column in range(-beside, columns + beside):
-            letter, *marks = tuple(repeat[row % high][column % wide])
-            held = on.get(column, [])
-            if knits(letter):
-                parents[row, column], held = [(row - r, column - c) for r, c in held], []
-            else:
-                parents[row, column] = []
-            on[column] = held if letter == "-" else [*held, (row, column)]
-            if marks:
-                lifted[column + MARKS[marks[0]][0] * len(marks)] = on.pop(column)
-        for to, loops in lifted.items():
-            on[to] = on.get(to, []) + loops
+def parents_of_letters(stitches: Sequence[str]) -> dict[Place, set[Place]]:
+    """Return how many rows below and columns to the left the parents of stitches are, by row and column of a repeat."""
+    high, wide = len(stitches), len(stitches_of_row(stitches[0]))
+    parents: dict[Place, set[Place]] = {}
+    for (row, column), (up, along) in ways_to_next(stitches).items():
+        if STITCHES.find(stitches_of_row(stitches[row])[column][0]).has_head:
+            parents.setdefault(((row + up) % high, (column + along) % wide), set()).add((up, along))
     return parents
 
 

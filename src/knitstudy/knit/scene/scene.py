@@ -26,8 +26,8 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import in_base_keys, without_yarn
-from knitstudy.knit.scene.defaults import packaged_defaults
+from knitstudy.knit.scene.alternatives import OF, in_base_keys, without_yarn
+from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
     MODELS,
@@ -43,7 +43,6 @@ from knitstudy.knit.scene.kinds import (
 )
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
-from knitstudy.knit.scene.yarns import OF
 from knitstudy.mechanics.materials import MATERIALS
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
@@ -109,13 +108,7 @@ class Scene(Part, metaclass=SceneType):
         empty = [name for name, inside in document.items() if inside == {}]
         kind = Kind.of(labels, where)
         _require_kind(kind, (*keys, *empty), yarn, flat(defaults), where)
-        sections = {}
-        for name, keys_of in kind.sections.items():
-            inside, below = own.get(name, {}), defaults.get(name, {})
-            if isinstance(inside, Mapping):
-                inside = {key: below[key] for key in keys_of.model_fields if key in below} | dict(inside)
-            sections[name] = validated(keys_of, inside, where, f"{name}.")
-        return _made(kind, labels, sections, where, defaults)
+        return _made(kind, labels, own, defaults, where)
 
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
@@ -141,16 +134,7 @@ class Scene(Part, metaclass=SceneType):
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
-        sections = {}
-        for name, keys_of in kind.sections.items():
-            stays, inside = self.sections.get(name), changed.get(name, {})
-            if type(stays) is keys_of and not inside:
-                sections[name] = stays
-                continue
-            below = self._defaults.get(name, {}) | (vars(stays) if stays else {})
-            inside = {key: value for key, value in below.items() if key in keys_of.model_fields} | inside
-            sections[name] = validated(keys_of, inside, where, f"{name}.")
-        return _made(Kind.of(labels_now, where), labels_now, sections, where, self._defaults)
+        return _made(Kind.of(labels_now, where), labels_now, changed, self._defaults, where, self.sections)
 
     def labelled(self, labels: Mapping[str, str]) -> Scene:
         """Return the scene under other names of its own and of its knit; its sections are not checked again."""
@@ -347,11 +331,28 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
 
 
 def _made(
-    kind: Kind, labels: Labels, sections: Mapping[str, Section], where: str, defaults: Mapping[str, Any]
+    kind: Kind,
+    labels: Labels,
+    said: Mapping[str, Any],  # keys by section
+    defaults: Mapping[str, Any],  # the same, of any kind of scene
+    where: str,
+    before: Mapping[str, Section] = NOTHING,  # sections of the scene that this one is made of
 ) -> Scene:
-    """Return a scene of checked sections; a ConfigurationError names the first contradiction between them."""
+    """Return a scene of what is said, of what was before, and of defaults; only changed sections are checked again.
+
+    A ConfigurationError names the first key that is wrong, or the first contradiction between sections.
+    """
+    fields: dict[str, Any] = dict(labels)
+    for name, keys_of in kind.sections.items():
+        inside, stays = said.get(name, {}), before.get(name)
+        if type(stays) is keys_of and not inside:
+            fields[name] = stays
+            continue
+        below = defaults.get(name, {}) | (vars(stays) if stays else {})
+        known = {key: value for key, value in below.items() if key in keys_of.model_fields}
+        fields[name] = validated(keys_of, known | inside, where, f"{name}.")
     try:
-        made = kind.scene.model_validate(dict(labels) | dict(sections))
+        made = kind.scene.model_validate(fields)
     except ValidationError as errors:
         raise ConfigurationError(f"{where}: {errors.errors()[0]['ctx']['error']}") from None
     assert isinstance(made, Scene)

@@ -19,7 +19,7 @@ Modulus = Annotated[float, Field(gt=0, le=1e20)]  # In Pa
 # Specimen: a knit, or two crossing yarns
 
 
-class Pattern(Section):
+class Pattern(Section, group="pattern"):
     """Size and shape of the knit: `rows` rows of interlocks between `rows` + 1 yarns of `loops` loops.
 
     `control_points` (P, 3) in m describe one loop from sinker centre to sinker centre before optimisation; `clearance`
@@ -33,8 +33,6 @@ class Pattern(Section):
     cable, ["K)K", "TK"] a lace. A repeat with different letters has drawn loops, without control points. `loops` and
     `rows` are multiples of the loops and rows of the repeat.
     """
-
-    group: ClassVar[str] = "pattern"
 
     loops: Count = physics("stated")
     """Sections 3.1 and 3.5: 3 x 3 unit cells. Checked: 3."""
@@ -87,14 +85,12 @@ class Pattern(Section):
         return self
 
 
-class Pair(Section):
+class Pair(Section, group="pair"):
     """Two straight yarns of `length` that cross at `angle` in their middles, `clearance` yarn radii apart.
 
     `support` names the held and the driven nodes of the yarns: both "ends", or the "back", the half of the surface that
     faces away from the other yarn.
     """
-
-    group: ClassVar[str] = "pair"
 
     angle: float = physics("choice", unit="degrees", gt=0, le=90)
     """A verification case. Checked: 90 and 30."""
@@ -111,13 +107,11 @@ class Pair(Section):
 # Optimisation of the loop (section 2.1 of the paper)
 
 
-class Geometry(Section):
+class Geometry(Section, group="geometry"):
     """Optimisation of the loop: weights of Eqs. (1) and (3), free control points, and samples per Bezier curve.
 
     `free` lists for every control point the components that may move: "", "z", "yz", "xyz" and so on.
     """
-
-    group: ClassVar[str] = "geometry"
 
     alpha: Positive = physics("assumed", meaning="the weight of F_distance in Eq. (1)")
     """Weight of Eq. (1), not printed. Checked: times 0.1 and 10: angles within 0.5 degrees (docs/notes/geometry.md)."""
@@ -148,10 +142,8 @@ class Geometry(Section):
 # Yarn
 
 
-class Yarn(Section):
+class Yarn(Section, group="yarn"):
     """Circular yarn of one isotropic material."""
-
-    group: ClassVar[str] = "yarn"
 
     diameter: Length = physics("inferred", unit="m")
     """63,171 nodes at 0.3 mm (Table 5) are 38 a section: 6 elements across. Checked: 1.8 mm."""
@@ -277,13 +269,11 @@ class SetYarn(BeamYarn):
 MOST_STOPS = 100_000  # steps of one entry of load.stops
 
 
-class Tension(Section):
+class Tension(Section, group="load"):
     """A specimen is deformed to an engineering `strain`; a negative strain compresses it.
 
     `lateral`: strains across the load, held or free; `stops`: strains at which an increment has to end.
     """
-
-    group: ClassVar[str] = "load"
 
     strain: float = physics("stated", meaning="not 0 (0.05 is 5 %, -0.05 a compression)", ge=-0.2, le=0.5)
     """Section 3.1: 5 % course strain. Checked: -5 to 5 %."""
@@ -393,13 +383,11 @@ class CellStrain(DrawnCellStrain):
     """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
 
 
-class Path(Section):
+class Path(Section, group="load"):
     """The grips of the upper yarn of a pair move to the displacements of `path`, one after another.
 
     Legs are straight and take equal shares of the load factor; the first leg begins at the initial position.
     """
-
-    group: ClassVar[str] = "load"
 
     lateral: ClassVar[str] = "fixed"
 

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
@@ -17,10 +17,8 @@ Size = Annotated[float, Field(ge=0.01, le=10)]
 """Length of an element over the yarn's radius: a section has no room for larger ones, and smaller ones only cost."""
 
 
-class BeamMesh(Section):
+class BeamMesh(Section, group="mesh"):
     """Size of beam elements, and their section."""
-
-    group: ClassVar[str] = "mesh"
 
     beam_size: Size = resolution("stated", unit="yarn radii")
     """Table 5: 0.5 mm, of a radius of 0.9 mm. Checked: 5/9; gates.polygon refuses longer ones that bend too much."""
@@ -35,32 +33,26 @@ class BeamMesh(Section):
 # Ties and contact (section 2.2, Fig. 2 and Table 1)
 
 
-class Tie(Section):
+class Tie(Section, group="tie"):
     """At a tied crossing, the displacements of both yarns have the same mean and linear moments over a disc."""
-
-    group: ClassVar[str] = "tie"
 
     radius: float = physics("inferred", unit="yarn radii", default=0.183, ge=0.05, le=0.8)
     """sqrt(2 R delta) with delta = 5 % of the stated 0.3 mm, Abaqus's default tolerance. Checked: 0.1 to 0.5: force of
     a tied cell of solid yarns -7 to +15 % (docs/notes/ties.md)."""
 
 
-class Friction(Section):
+class Friction(Section, group="contact"):
     """Coulomb friction."""
-
-    group: ClassVar[str] = "contact"
 
     friction: float = physics("stated", ge=0, le=1e6)
     """Table 1: 0.76; static value of the polypropylene's data sheet (sliding: 0.44). Checked: 0 to 1.5."""
 
 
-class TiedEdges(Section):
+class TiedEdges(Section, group="contact"):
     """Crossings of a knit in contact that stay tied (Fig. 3).
 
     "outer": crossings of the outer interlock rows in course tension, of the outer columns of loops in wale tension.
     """
-
-    group: ClassVar[str] = "contact"
 
     tied_edges: Literal["outer", "none"] = physics(
         "stated",
@@ -70,13 +62,11 @@ class TiedEdges(Section):
     (scene inputs-untied-isotropic-course)."""
 
 
-class SolidContact(Section):
+class SolidContact(Section, group="contact"):
     """Contact of solid yarns: how it is integrated, and the penetration that is allowed.
 
     `points` are Gauss points along each side of a facet or cell.
     """
-
-    group: ClassVar[str] = "contact"
 
     penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
     """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
@@ -106,10 +96,8 @@ class FacetContact(SolidContact):
 # Newton's method
 
 
-class Newton(Section):
+class Newton(Section, group="solver"):
     """Least number of increments, and tolerances."""
-
-    group: ClassVar[str] = "solver"
 
     increments: Count = resolution("choice")
     """Numerical; no increment is larger than 1 / `increments` of the load, and increments that do not converge are
@@ -135,10 +123,8 @@ class SolidNewton(Newton):
 # Gates: limits of errors of a run; beyond a limit the run ends with one message (docs/reference/gates.md)
 
 
-class Gates(Section):
+class Gates(Section, group="gates"):
     """Limits of every model."""
-
-    group: ClassVar[str] = "gates"
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
     """Every scene of the study stays below 0.035; pairs in 8 increments reach 0.14, gates.md. Checked: 0.05."""
@@ -175,18 +161,16 @@ class SolidGates(SpatialGates):
     """Forces are wrong by about as much, docs/reference/gates.md. Checked: 0.05."""
 
 
-# Reduced order models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
+# Reduced models: where their joints come from, and of which kind they are (sections 2.4 to 2.6)
 
 
-class Joints(Section):
+class Joints(Section, group="rom"):
     """The direct simulation that provides the joints of a reduced model; none if the geometry is sufficient."""
-
-    group: ClassVar[str] = "rom"
 
     contacts_from: SceneName | None = numerics(
         "choice",
         allowed="the name of the scene of solid yarns with the contacts (empty: the geometry predicts them)",
         default=None,
     )
-    """The DNS whose contact zones make the joints (sections 2.4, 2.5). Checked: one DNS a knit, and none (scenes
-    trade-*-rom*): tied knits carry the same within 1e-13."""
+    """The solid yarns whose contact zones make the joints (sections 2.4, 2.5). Checked: one simulation a knit, and none
+    (scenes trade-*-rom*): tied knits carry the same within 1e-13."""

@@ -82,6 +82,8 @@ class Looped(Scene):
 class Knit(Looped):
     """A knit that ends: rows of loops, or cells cut out of one."""
 
+    specimens = ("cut_knit", "knit")
+
     load: KnitTension = section()
 
     @model_validator(mode="after")
@@ -96,6 +98,8 @@ class Knit(Looped):
 class Cell(Looped):
     """A cell of an endless knit."""
 
+    specimens = ("cell",)
+
     load: DrawnCellStrain = section()
 
     @model_validator(mode="after")
@@ -109,6 +113,8 @@ class Cell(Looped):
 
 class Crossing(Scene):
     """Two straight yarns that cross."""
+
+    specimens = ("pair",)
 
     pair: Pair = section()
     load: Path = section()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import product
 from typing import Any
 
 from knitstudy.registry import Registry, meanings
@@ -84,6 +85,25 @@ def idle_needle(stitches: Sequence[str]) -> int | None:
 def knits(stitch: str) -> bool:
     """Whether a stitch, a letter with its marks, is drawn through the loop below."""
     return STITCHES.find(stitch[0]).side != 0
+
+
+def ways_to_next(stitches: Sequence[str]) -> dict[tuple[int, int], tuple[int, int]]:
+    """Return how many rows up and needles to the right the stitch lies that is drawn through each, by row and column.
+
+    Loops that are held, tucks and floats wait for the next knit or purl stitch on their needle.
+
+    Examples
+    --------
+    >>> ways_to_next(["KP", "KT"])[0, 1]
+    (2, 0)
+    """
+    rows, ways = [stitches_of_row(row) for row in stitches], {}
+    for row, column in product(range(len(rows)), range(len(rows[0]))):
+        marks = rows[row][column][1:]
+        along = MARKS[marks[0]][0] * len(marks) if marks else 0
+        above = (each[(column + along) % len(each)] for each in (rows + rows)[row + 1 :])
+        ways[row, column] = next(up for up, stitch in enumerate(above, 1) if knits(stitch)), along
+    return ways
 
 
 def is_plain(stitches: Sequence[str]) -> bool:

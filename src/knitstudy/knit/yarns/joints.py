@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from scipy.optimize import elementwise
 
@@ -65,11 +66,9 @@ def partners(contacts: xr.Dataset) -> Ints:
     Raises GeometryError if a contact has none.
     """
     row, column, zone = (contacts[name].to_numpy().astype(int) for name in ("row", "column", "zone"))
-    place = {key: k for k, key in enumerate(zip(row, column, zone, strict=True))}
     # Zones 0 and 1 are left and right below, 2 and 3 left and right above.
-    partner = np.array(
-        [place.get((r, c, (z + 2) % 4), -1) for r, c, z in zip(row, column, zone, strict=True)]
-    )
+    here, beside = (pd.MultiIndex.from_arrays([row, column, zones]) for zones in (zone, (zone + 2) % 4))
+    partner = here.get_indexer(beside)
     if np.any(partner < 0):
         k = int(np.argmin(partner))
         raise GeometryError(

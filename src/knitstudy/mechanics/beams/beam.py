@@ -58,7 +58,11 @@ class BeamSection:
 
     @classmethod
     def circular(
-        cls, diameter: float, youngs_modulus: float, poisson_ratio: float, count: float | Floats | Ints = 1.0
+        cls,
+        diameter: float,  # of a yarn [m]
+        youngs_modulus: float,  # [Pa]
+        poisson_ratio: float,
+        count: float | Floats | Ints = 1.0,  # (E,), yarns in the section
     ) -> BeamSection:
         """Return the section of `count` solid circular yarns side by side, with the constants of Abaqus' B31.
 
@@ -66,19 +70,7 @@ class BeamSection:
         (1966) gives 6 (1 + nu) / (7 + 6 nu) = 0.895 at nu = 0.42; the difference is without effect on
         slender yarns.
 
-        Parameters
-        ----------
-        diameter : float
-            Diameter of a yarn [m].
-        youngs_modulus, poisson_ratio : float
-            Young's modulus [Pa] and Poisson's ratio of the yarn.
-        count : float or numpy.ndarray of shape (E,)
-            Number of yarns in the section.
-
-        Raises
-        ------
-        ConfigurationError
-            If the diameter or the modulus is not positive.
+        Raises ConfigurationError if the diameter or the modulus is not positive.
 
         Examples
         --------

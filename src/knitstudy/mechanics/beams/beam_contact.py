@@ -17,7 +17,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import LineContact
+from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
 from knitstudy.mechanics.model import Response
@@ -54,10 +54,7 @@ class BeamContact:
 
     def at_points(self, state: BeamState) -> BeamState:
         """Return position (p, 3) and rotation (p, 3, 3) of the points of contact."""
-        places, points = self.places(state), self.points
-        return replace(
-            places, position=points.weights @ places.position, rotation=places.rotation[points.station]
-        )
+        return self.points.at(self.places(state), NO_LATTICE)
 
     def start(self, state: BeamState) -> BeamContactHistory:
         """Return the history of yarns that have not moved yet."""
@@ -87,9 +84,13 @@ class BeamContact:
 
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
-        before = self.at_points(state).position
-        near, way = self.line.pairs(before, NO_LATTICE, near=True), self.at_points(other).position - before
+        before = self.at_points(state)
+        near, way = self._near(before), self.at_points(other).position - before.position
         return float(np.linalg.norm(way[near.j] - way[near.i], axis=1).max(initial=0.0))
+
+    def _near(self, points: BeamState) -> PointPairs:
+        """Return the pairs of points that are near each other."""
+        return self.line.pairs(points.position, NO_LATTICE, near=True)
 
     def _on_stations(self, force: Floats) -> Floats:
         """Return forces and moments (S, 6) of those on points and lattice vectors (6 p + 6,)."""
@@ -112,9 +113,7 @@ class BeamContact:
             response,
             force=force.ravel(),
             energy=response.energy | energy,
-            status=np.zeros(
-                1, dtype=np.int64
-            ),  # Contact begins softly, but a force may still jump within a step.
+            status=SOFT,
             stiffness=stiffness,
         )
 
@@ -148,10 +147,7 @@ class BeamContact:
 
     def _gaps(self, points: BeamState) -> tuple[Ints, PointPairs, Floats]:
         """Return crossings (m,) where yarns are near each other, their nearest points, and all gaps (K + 1,)."""
-        near, gap = (
-            self.line.pairs(points.position, NO_LATTICE, near=True),
-            np.full(len(self.yarn) + 1, np.nan),
-        )
+        near, gap = self._near(points), np.full(len(self.yarn) + 1, np.nan)
         # Pairs are in the order of their points: of a point with all points of a yarn, the nearest one counts.
         yarn, distance = self.points.yarn[near.j], near.distance
         first = np.flatnonzero(np.diff(near.i, prepend=-1) | np.diff(yarn, prepend=-1))

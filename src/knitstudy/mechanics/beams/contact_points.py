@@ -6,13 +6,14 @@ curvatures at points come from parabolas through points farther apart.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import GeometryError
 from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState
 
 
 def parabolas(knots: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:
@@ -111,6 +112,11 @@ class ContactPoints:
         """First and last points (m,) of yarns."""
         first = np.flatnonzero(np.diff(self.yarn, prepend=-1))
         return np.append(first, np.append(first[1:], len(self.yarn)) - 1)
+
+    def at(self, stations: BeamState, vectors: Floats) -> BeamState:
+        """Return position and rotation of the points, of all stations (n, 3) and lattice vectors (2, 3) [m]."""
+        position = self.weights @ stations.position + self.around[:, None] * vectors[0]
+        return replace(stations, position=position, rotation=stations.rotation[self.station])
 
     def spread(self, moves: Floats) -> Spread:
         """Return how places and turns of points and the lattice vectors (6 p + 6,) follow the unknowns (6 n + 3,).

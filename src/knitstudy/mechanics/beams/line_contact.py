@@ -57,6 +57,8 @@ CHORD = 0.25
 # Friction of rough yarns: points that part lose their traction while their force fades, not all at once.
 ROUGH = 100.0
 MARGIN = 0.1  # further distance within which pairs are searched, over that of near ones: they serve until points move
+# Status of a `Response` with contact, which begins softly; a force may still jump within a step.
+SOFT = np.zeros(1, dtype=np.int64)
 
 
 # z of a pair, and the scalar products that all depends on, with their second derivatives
@@ -279,8 +281,8 @@ class LineContact:
         state: BeamState,
         vectors: np.ndarray,  # (2, 3), of the lattice [m]
         history: LineHistory,
-        active: ActivePairs
-        | None = None,  # with their slip, of this state and this history, if they are known
+        # with their slip, of this state and this history, if they are known
+        active: ActivePairs | None = None,
     ) -> LineHistory:
         """Return the history that a converged increment leaves."""
         active = active or self.active_pairs(state, vectors, history, slip=True)

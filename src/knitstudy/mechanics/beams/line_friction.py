@@ -290,9 +290,8 @@ def friction_tangent(
     at, m, a = friction.pair, len(friction.pair), 4 + images
     along = pairs.way[at] / pairs.distance[at, None]
     weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])  # of the way
-    motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(
-        m, 3, 3 * a
-    )  # of i against j where they met
+    # Of i against j where they met
+    motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(m, 3, 3 * a)
     lever = hat(friction.arm)
     motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
     pressed = np.einsum("ka,ki->kai", weight, along).reshape(m, 3 * a)  # of the distance

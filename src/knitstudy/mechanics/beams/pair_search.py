@@ -1,8 +1,4 @@
-"""Search for pairs of points of yarns that are near each other, or have come near since the last search.
-
-One search serves until points have moved too far. Until then pieces of yarn bound how much nearer the points of a pair
-have come, so that only few of the pairs are looked at.
-"""
+"""Search for pairs of points of yarns that are near each other, or have come near since the last search."""
 
 from __future__ import annotations
 
@@ -16,7 +12,6 @@ from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.motion_bound import affine_gradient, smallest_stretch
 
 FAR = 1 << 6  # images are at most half as many periods away
-PIECE = 64  # points of a piece of yarn
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,55 +40,12 @@ def _lengths(vectors: Floats) -> Floats:
     return np.sqrt(np.einsum("ki,ki->k", vectors, vectors))
 
 
-@dataclass(frozen=True, eq=False)
-class FoundPairs:
-    """All pairs of points that were nearer to each other than a distance, when they were searched for."""
-
-    pairs: PointPairs
-    far: float  # that distance [m]
-    position: Floats  # (n, 3), of the points then [m]
-    vectors: Floats  # (2, 3), of the lattice then [m]
-    distance: Floats  # (k,), of the pairs then [m]
-    pieces: Ints  # (g, 2), pieces of yarn that pairs lie on
-    of_pieces: Ints  # (k,), row of the pieces of a pair
-    images: Ints  # (2,), more periods than any pair is away
-
-    @classmethod
-    def of(cls, pairs: PointPairs, far: float, position: Floats, vectors: Floats) -> FoundPairs:
-        """Return a search with such pairs."""
-        count = len(position) // PIECE + 1
-        number, of_pieces = np.unique(pairs.i // PIECE * count + pairs.j // PIECE, return_inverse=True)
-        pieces = np.stack(np.divmod(number, count), axis=1)
-        images = np.abs(pairs.image).max(axis=0, initial=1) + 1
-        return cls(pairs, far, position, vectors, pairs.distance, pieces, of_pieces, images)
-
-    def within(self, reach: float, position: Floats, vectors: Floats) -> PointPairs | None:
-        """Return the pairs within a reach [m] now; None where others may have come as near.
-
-        The knit as a whole has an affine motion, which shrinks no distance by more than its smallest stretch. Beyond
-        this motion, pieces of yarn bound how much nearer points have come.
-        """
-        place, move = self.position - self.position.mean(axis=0), position - self.position
-        move -= move.mean(axis=0)
-        gradient = affine_gradient(place.T @ place, place.T @ move)
-        move -= place @ gradient  # beyond the motion x -> X + (X - mean) G
-        apart = self.images @ _lengths(vectors - self.vectors - self.vectors @ gradient)  # by the lattice
-        shrink = smallest_stretch(gradient)
-        if shrink * self.far - 2 * _lengths(move).max() - apart <= reach:
-            return None
-        first = np.arange(0, len(move), PIECE)
-        count = np.diff(first, append=len(move))
-        mean = np.add.reduceat(move, first) / count[:, None]
-        rest = np.maximum.reduceat(_lengths(move - np.repeat(mean, count, axis=0)), first)
-        one, other = self.pieces.T
-        nearer = _lengths(mean[one] - mean[other]) + rest[one] + rest[other] + apart
-        pairs = self.pairs[np.flatnonzero(shrink * self.distance < reach + nearer[self.of_pieces])]
-        way = position[pairs.j] + pairs.image @ vectors - position[pairs.i]
-        return replace(pairs, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
-
-
 class PairSearch:
-    """Search among all points of yarns, and their images where yarns repeat themselves."""
+    """Search among all points of yarns, and their images where yarns repeat themselves.
+
+    One search serves until other pairs may have come as near. The knit as a whole has an affine motion, which shrinks
+    no distance by more than its smallest stretch; what points move beyond it adds to that.
+    """
 
     def __init__(
         self,
@@ -106,19 +58,31 @@ class PairSearch:
     ) -> None:
         self.yarn, self.arc_length, self.beside = yarn, arc_length, beside
         self.period, self.joined = period, joined
-        self._found: FoundPairs | None = None
+        self._found: PointPairs | None = None  # by the last search, up to a distance `_far` [m]
+        self._far = 0.0
+        self._position, self._vectors = np.empty((0, 3)), np.zeros((2, 3))  # of points and lattice then [m]
 
     def within(self, reach: float, far: float, position: Floats, vectors: Floats) -> PointPairs:
         """Return the pairs within a reach [m] of points (n, 3) and lattice vectors (2, 3) [m].
 
         Where the last search does not serve any more, pairs nearer than `far` [m] are searched for.
         """
-        pairs = None if self._found is None else self._found.within(reach, position, vectors)
-        if pairs is None:
-            pairs = self._all(far, position, vectors)
-            self._found = FoundPairs.of(pairs, far, position, vectors)
-            pairs = pairs[np.flatnonzero(pairs.distance < reach)]
-        return pairs
+        found = self._found
+        if found is None or self._least_of_others(found, position, vectors) <= reach:
+            found = self._found = self._all(far, position, vectors)
+            self._far, self._position, self._vectors = far, position, vectors
+        way = position[found.j] + found.image @ vectors - position[found.i]
+        return replace(found, way=way)[np.einsum("ki,ki->k", way, way) < reach**2]
+
+    def _least_of_others(self, found: PointPairs, position: Floats, vectors: Floats) -> float:
+        """Return the least distance [m] that other pairs than those found can have now."""
+        place, move = self._position - self._position.mean(axis=0), position - self._position
+        move -= move.mean(axis=0)
+        gradient = affine_gradient(place.T @ place, place.T @ move)
+        beyond = _lengths(move - place @ gradient).max()  # the motion x -> X + (X - mean) G
+        images = np.abs(found.image).max(axis=0, initial=1) + 1  # more periods than any pair is away
+        apart = images @ _lengths(vectors - self._vectors - self._vectors @ gradient)
+        return float(smallest_stretch(gradient) * self._far - 2 * beyond - apart)
 
     def _all(self, reach: float, position: Floats, vectors: Floats) -> PointPairs:
         n, extent, most = len(position), np.ptp(position[:, :2], axis=0) + reach, np.zeros(2, dtype=int)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import Reserve, by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactStatus, same_pair
 from knitstudy.mechanics.contact.search import Search
@@ -17,8 +17,6 @@ from knitstudy.mechanics.motion_bound import Boxes, Motion, moments
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
 WIDER = 4.0  # ratio of the widths of neighbourhoods, up to that of the whole
-# Share of the boxes up to which these are searched alone, and how often before all are
-MOST, SEARCHES = 0.5, 4
 
 
 class Neighbourhoods:
@@ -39,26 +37,20 @@ class Neighbourhoods:
         widths, influence = [WIDTH * reach], surfaces.influence(carriers)
         while widths[-1] < extent:
             widths.append(WIDER * widths[-1])
-        self._apart = [width - 2 * reach for width in widths]  # nearer places share a neighbourhood
+        self._apart = [width - 2 * reach for width in widths[:-1]]  # nearer places share a neighbourhood
         boxes = [Boxes(rings, controls, width + influence, surfaces.overshoot) for width in widths]
         self._boxes, *self._wider = boxes
-        self.of_ring, self.count = self._boxes.of_ring, self._boxes.count
+        self.of_ring = self._boxes.of_ring
 
     def motion(self, now: Floats, then: Floats) -> Motion:
         """Return how the surroundings of every box have moved between two states of the carriers (M, 3)."""
         return self._boxes.motion(*self._displacements(now, then))
 
-    def may_meet(self, now: Floats, searched: Floats, last: Ints, margin: float) -> Bools:
-        """Return in which boxes (b,) places may have met since they were farther apart than a margin [m].
-
-        Boxes were searched last (b,) at one of the states (n, M, 3), all of them at the first one.
-        """
-        seen = [self._displacements(now, then) for then in searched]
-        for boxes, apart in zip(self._wider, self._apart, strict=False):
-            if (boxes.motion(*seen[0]).least(apart) < 0).any():
-                return np.ones(len(last), dtype=bool)
-        least = [self._boxes.motion(*boxes).least(margin) for boxes in seen]
-        return np.choose(last, least) < 0
+    def may_meet(self, now: Floats, then: Floats, margin: float) -> bool:
+        """Return whether places may meet now, of states (M, 3), that were farther apart than a margin [m] then."""
+        seen = self._displacements(now, then)
+        every = zip([self._boxes, *self._wider], [margin, *self._apart], strict=True)
+        return any((boxes.motion(*seen).least(gap) < 0).any() for boxes, gap in every)
 
     def _displacements(self, now: Floats, then: Floats) -> tuple[Floats, Floats, Floats]:
         """Return where control points (S, a, 3) were, from the middle of all, ways since [m], and `moments`."""
@@ -123,20 +115,10 @@ class CandidatePairs:
         """
         # A history from a restart file
         if self._source is ContactHistory.empty() and history.search_status is not None:
-            first = history.search_status.searched[0]
-            boxes = Neighbourhoods(self._search.surfaces, first, self._search.reach)
-            self._set(before, history, history, boxes, history.search_status)
+            self._set(before, history, history, history.search_status)
         again = self._source is history and np.array_equal(self._before, before)
-        may_meet = np.ones(1, dtype=bool)
-        if again:
-            status = self._search_status
-            may_meet = self._neighbourhoods.may_meet(carriers, status.searched, status.last, self._margin)
-        if may_meet.any():
-            if may_meet.mean() < MOST and len(status.searched) < SEARCHES:
-                self._search_boxes(carriers, may_meet)
-            else:
-                # A search of all forgets pairs of trial states, which may lie far from the path.
-                self._search_all(carriers, before, history)
+        if not again or self._neighbourhoods.may_meet(carriers, self._search_status.at_search, self._margin):
+            self._search_all(carriers, before, history)
         every, least = self.history, self._least(carriers)
         return np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0))), least
 
@@ -182,31 +164,12 @@ class CandidatePairs:
         return successor
 
     def _search_all(self, carriers: Floats, before: Floats, history: ContactHistory) -> None:
-        """Search everywhere for pairs that may touch now; pairs of a history keep their part of it."""
-        every, least = self._search_pairs(carriers, history)
-        boxes = Neighbourhoods(self._search.surfaces, carriers, self._search.reach)
-        last = np.zeros(boxes.count, dtype=np.int64)
-        status = ContactStatus(carriers[None], last, carriers, least)
-        self._set(before, history, every, boxes, status)
+        """Search for pairs that may touch now; pairs of a history keep their part of it.
 
-    def _search_boxes(self, carriers: Floats, boxes: Bools) -> None:
-        """Search in some boxes (b,) alone for pairs that may touch now."""
-        status, here = self._search_status, boxes[self._box]
-        among = boxes[self._neighbourhoods.of_ring]
-        others, least = self.history[np.flatnonzero(~here)], self._least(carriers)[~here]
-        own, gap = self._search_pairs(carriers, self.history[np.flatnonzero(here)], among)
-        least = np.append(least, gap)
-        every, least = _in_order(others, own, np.arange(len(least)), least)
-        last = np.where(boxes, len(status.searched), status.last)
-        status = ContactStatus(np.concatenate([status.searched, carriers[None]]), last, carriers, least)
-        self._set(self._before, self._source, every, self._neighbourhoods, status)
-
-    def _search_pairs(
-        self, carriers: Floats, history: ContactHistory, among: Bools | None = None
-    ) -> tuple[ContactHistory, Floats]:
-        """Return the pairs of a search, with their part of a history, and lower bounds of their gaps (c,) [m]."""
+        Pairs of trial states, which may lie far from the path, are forgotten.
+        """
         self._reserve.give_back()
-        pairs, arc, gap = self._search.find(carriers, self._margin, among)
+        pairs, arc, gap = self._search.find(carriers, self._margin)
         same = same_pair(pairs, arc, history, self._search.arc(history.surface, history.xi[:, 0]))
         least = np.full(len(history.point), -np.inf)
         least[same[same >= 0]] = gap[same >= 0]
@@ -214,22 +177,19 @@ class CandidatePairs:
         pressed[same[same >= 0]] = True
         stays, new = np.flatnonzero(pressed), np.flatnonzero(same < 0)
         chosen = np.append(stays, len(history.point) + new)
-        return _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
+        every, least = _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
+        self._set(before, history, every, ContactStatus(carriers, carriers, least))
 
     def _set(
-        self,
-        before: Floats,
-        history: ContactHistory | None,
-        every: ContactHistory,
-        boxes: Neighbourhoods,
-        status: ContactStatus,
+        self, before: Floats, history: ContactHistory, every: ContactHistory, status: ContactStatus
     ) -> None:
         """Set the pairs, after a search, and the history that they come from."""
         self._source, self._before, self.history = history, before, replace(every, search_status=status)
-        self._search_status, self._neighbourhoods = status, boxes
+        self._search_status = status
+        self._neighbourhoods = Neighbourhoods(self._search.surfaces, status.at_search, self._search.reach)
         self._angle = np.full(len(every.point), np.nan)
         cell = every.point // self._search.quadrature.per_cell
-        self._box = boxes.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
+        self._box = self._neighbourhoods.of_ring[self._search.ring(cell)]  # (c,), box that a pair lies in
 
     def _angles(self, history: ContactHistory, before: Floats) -> Floats:
         """Return the angles (c,) between the first parameters' lines at pairs."""

@@ -63,9 +63,7 @@ class ContactPoints:
 class ContactStatus:
     """State of the search for pairs, which a restart needs to the last bit."""
 
-    # (n, M, 3), carriers of the surfaces at the last searches, the first one for all pairs [m]
-    searched: Floats
-    last: Ints  # (b,), the search that was the last one for pairs of a neighbourhood
+    at_search: Floats  # (M, 3), carriers of the surfaces at the last search [m]
     seen: Floats  # (M, 3), where they were when gaps were seen last [m]
     least: Floats  # (c,), lower bounds of the gaps of all pairs there [m]
 

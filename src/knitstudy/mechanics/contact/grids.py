@@ -68,12 +68,7 @@ def circular_chords(
 
 
 class Grids:
-    """Surfaces through grids of nodes; see `surface.Surfaces`. The nodes are the carriers.
-
-    Parameters
-    ----------
-    grids : sequence of Grid
-    """
+    """Surfaces through grids of nodes; see `surface.Surfaces`. The nodes are the carriers."""
 
     block = 1
     images = None

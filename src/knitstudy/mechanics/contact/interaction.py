@@ -55,12 +55,8 @@ class ContactResponse:
 class Contact:
     """Contact between the surfaces of one model.
 
-    Raises
-    ------
-    MeshError
-        If undeformed surfaces overlap by more than is allowed.
-    ConfigurationError
-        For a law of indentation on surfaces of other elements than spline yarns.
+    Raises MeshError if undeformed surfaces overlap by more than is allowed, ConfigurationError for a law of indentation
+    on surfaces of other elements than spline yarns.
     """
 
     def __init__(

@@ -62,15 +62,12 @@ class Search:
                 CHUNK,
             )
 
-    def find(
-        self, carriers: Floats, margin: float, among: Bools | None = None
-    ) -> tuple[ContactHistory, Floats, Floats]:
+    def find(self, carriers: Floats, margin: float) -> tuple[ContactHistory, Floats, Floats]:
         """Return all pairs whose distance may be below `margin` [m] where the carriers (M, 3) are now, as open ones.
 
-        And their arcs (c,), as of `arc`, and lower bounds of their gaps (c,) [m]. Where rings `among` (R,) are chosen,
-        pairs of points between these and the next ones.
+        And their arcs (c,), as of `arc`, and lower bounds of their gaps (c,) [m].
         """
-        cell, size, row = self._near_cells(carriers, margin, among)
+        cell, size, row = self._near_cells(carriers, margin)
         surface, middle = self._surface[row], self._middles(cell, carriers)
         guess = np.empty((len(row), 2))
         for number in np.unique(surface):
@@ -164,7 +161,7 @@ class Search:
         far = np.abs(self._arc[one] - self._arc[other]) > np.pi * self._reach[a]
         return self.meets[a, b] & ((a != b) | far)
 
-    def _near_cells(self, carriers: Floats, margin: float, among: Bools | None) -> tuple[Ints, Floats, Ints]:
+    def _near_cells(self, carriers: Floats, margin: float) -> tuple[Ints, Floats, Ints]:
         """Return cells (k,), the ways (k,) from their middles to their points at most [m], and rings (k,) near them.
 
         There is one ring for every cell and connected piece of a surface, the nearest one.
@@ -172,9 +169,7 @@ class Search:
         centres = self.surfaces.centres(carriers)
         step = self._steps(centres)
         tree = cKDTree(centres)
-        cell = self._cells_of(self._near_rows(tree, margin, step.max(), among))
-        if among is not None:
-            cell = cell[among[self.ring(cell)]]
+        cell = self._cells_of(self._near_rows(tree, margin, step.max()))
         # Outside of a bend a yarn is at most twice as long as in its middle: none is bent to less than its radius.
         size = step[self.ring(cell)] + 0.5 * self._chord[self.quadrature.surface_of(cell)]
         reach = self._reach[self._surface] + margin + 0.5 * np.maximum(np.append(step, 0), np.append(0, step))
@@ -182,19 +177,16 @@ class Search:
             lambda part: self._nearest(cell[part], size[part], tree, reach, carriers), len(cell), AT_ONCE
         )
 
-    def _near_rows(self, tree: cKDTree, margin: float, step: float, among: Bools | None) -> Ints:
+    def _near_rows(self, tree: cKDTree, margin: float, step: float) -> Ints:
         """Return the rings with another one that may touch them; none are farther apart than `step` [m]."""
         reach = 2 * self.reach + margin + 2 * step
-        rings = np.arange(tree.n)
-        if among is not None:
-            rings = np.flatnonzero(among | np.append(False, among[:-1]))
 
         def near(part: slice) -> Ints:
-            pairs = cKDTree(tree.data[rings[part]]).sparse_distance_matrix(tree, reach, output_type="ndarray")
-            one = rings[part][pairs["i"]]
+            pairs = cKDTree(tree.data[part]).sparse_distance_matrix(tree, reach, output_type="ndarray")
+            one = part.start + pairs["i"]
             return np.unique(one[self._may_meet(one, pairs["j"])])
 
-        return by_parts(near, len(rings), AT_ONCE)
+        return by_parts(near, tree.n, AT_ONCE)
 
     def _cells_of(self, rows: Ints) -> Ints:
         """Return the cells (k,) beside rings that have points."""

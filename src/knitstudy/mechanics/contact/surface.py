@@ -62,9 +62,8 @@ class Surfaces(Protocol):
     # (C,), cells that repeat others in a periodic structure: points face them, and they have none; None: no cell
     images: Bools | None
     block: int  # carriers come in runs of so many; a run is in a stencil as a whole
-    overshoot: (
-        float  # how many times as far as the farthest control point that it depends on a place may move
-    )
+    # how many times as far as the farthest control point that it depends on a place may move
+    overshoot: float
 
     def edges(self, number: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the parameters of one surface's edges of cells, along (m + 1,) and around (n + 1,)."""
@@ -195,11 +194,10 @@ def project(surfaces: Surfaces, carriers: Floats, surface: Ints, points: Floats,
     left out.
     """
 
-    return by_parts(
-        lambda part: _project(surfaces, carriers, surface[part], points[part], guess[part]),
-        len(points),
-        CHUNK,
-    )
+    def of_some(part: slice) -> Projection:
+        return _project(surfaces, carriers, surface[part], points[part], guess[part])
+
+    return by_parts(of_some, len(points), CHUNK)
 
 
 def _project(

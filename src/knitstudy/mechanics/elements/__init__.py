@@ -6,9 +6,8 @@ and, if asked, stiffness blocks (e, n^2, 9): pair of nodes (a, b), then componen
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -33,51 +32,46 @@ class ElementResponse:
         return self.stiffness
 
 
-class Elements(Protocol):
+class Elements(ABC):
     """Elements of n nodes each, a batch that answers for any slice of itself, from several threads at once."""
 
     material: Material
     volume: np.ndarray  # (E,), undeformed [m3]
+    few: int  # elements whose arrays fit into a processor's cache together
 
     def respond(
-        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
+        self,
+        batch: slice,
+        displacement: Floats,
+        stiffness: bool,
+        out: Floats | None = None,
+        step: Floats | None = None,
     ) -> ElementResponse:
-        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
+        """Return the response of the elements `batch` to their displacements (e, n, 3) [m], about `few` at a time.
 
-        `out` (e, n^2, 9) is memory that the stiffness may be put into.
+        `out` (e, n^2, 9) is memory that the stiffness may be put into. `step` (e, n, 3) [m] is the straight way to the
+        displacements from where a tangent was formed; a tangent may depend on it, see `Model.advance`.
         """
+        count, nodes = displacement.shape[:2]
+        force, energy = np.empty((count, nodes, 3)), np.empty(count)
+        blocks = None
+        if stiffness:
+            blocks = np.empty((count, nodes**2, 9)) if out is None else out
+        start = batch.start or 0
+        # Parts of one size: a small one costs as many calls as a large one
+        few = -(-count // max(1, round(count / self.few)))
+        for first in range(0, count, few):
+            part = slice(first, min(first + few, count))
+            here = slice(start + part.start, start + part.stop)
+            known = (None if array is None else array[part] for array in (blocks, step))
+            force[part], energy[part] = self._respond(here, displacement[part], *known)
+        return ElementResponse(force, energy, np.zeros(count), blocks)
 
-
-def in_parts(
-    respond: Callable[..., tuple[np.ndarray, np.ndarray]],
-    few: int,
-    batch: slice,
-    displacement: Floats,
-    stiffness: bool,
-    out: Floats | None = None,
-    step: Floats | None = None,
-) -> ElementResponse:
-    """Return the response of a batch, about `few` elements at a time: their arrays fit into a processor's cache.
-
-    `respond` takes their slice, displacements, memory for the stiffness or None and, if there is one, the step. It
-    returns forces and energies.
-    """
-    count, nodes = displacement.shape[:2]
-    force, energy = np.empty((count, nodes, 3)), np.empty(count)
-    blocks = None
-    if stiffness:
-        blocks = np.empty((count, nodes**2, 9)) if out is None else out
-    start = batch.start or 0
-    # Parts of one size: a small one costs as many calls as a large one
-    few = -(-count // max(1, round(count / few)))
-    for first in range(0, count, few):
-        part = slice(first, min(first + few, count))
-        here = slice(start + part.start, start + part.stop)
-        way = () if step is None else (step[part],)
-        force[part], energy[part] = respond(
-            here, displacement[part], None if blocks is None else blocks[part], *way
-        )
-    return ElementResponse(force, energy, np.zeros(count), blocks)
+    @abstractmethod
+    def _respond(
+        self, here: slice, displacement: Floats, out: Floats | None, step: Floats | None
+    ) -> tuple[Floats, Floats]:
+        """Return force (e, n, 3) and energy (e,) of a few elements; put their stiffness into `out` (e, n^2, 9)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +80,6 @@ class ElementGroup:
 
     connectivity: np.ndarray  # int (E, n), nodes of every element
     elements: Elements  # the batch that answers for them
-    # whether `respond` takes the `step` (e, n, 3) [m] that they came by, and leaves out of the stress in the
-    # tangent what stretches of second order along it add
-    mixed: bool = False
 
 
 # Classes of hexahedra with a `name`, one line on their `meaning` and the number of `nodes` of an element: 8, or 20 with

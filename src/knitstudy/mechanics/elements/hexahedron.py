@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, in_parts
+from knitstudy.mechanics.elements import ELEMENTS, ElementResponse, Elements
 from knitstudy.mechanics.materials import FULL, Material, axes_along
 
 _LOWER = np.array([(-1.0, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1)])
@@ -34,13 +34,7 @@ def shape(natural: np.ndarray) -> np.ndarray:
 
 
 def shape_gradient(natural: Floats, functions: Functions = shape) -> Floats:
-    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998).
-
-    Examples
-    --------
-    >>> shape_gradient(np.zeros((1, 3))).shape
-    (1, 8, 3)
-    """
+    """Return the gradients (k, a, 3) of shape functions: exact, by a complex step (Squire and Trapp 1998)."""
     return np.stack([functions(natural + STEP * d).imag for d in 1j * np.eye(3)], axis=2) / STEP
 
 
@@ -108,10 +102,11 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
-class Hexahedra:
-    """Elements of n nodes and q points each, in total Lagrangian form."""
+class Hexahedra(Elements):
+    """Elements of n nodes and q points each, in total Lagrangian form.
 
-    few: int  # elements whose points fit into a processor's cache together
+    Forces are not numbers where an element is folded at one of its points.
+    """
 
     def __init__(
         self,
@@ -125,17 +120,9 @@ class Hexahedra:
         self.volume = weight.sum(axis=1)
         self.axes = np.swapaxes(natural_axes(corners, points), 0, 1) if material.directional else None
 
-    def respond(
-        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
-    ) -> ElementResponse:
-        """Return the response of the elements `batch` to their displacements (e, n, 3) [m].
-
-        Forces are not numbers where an element is folded at one of its points.
-        """
-        return in_parts(self._respond, self.few, batch, displacement, stiffness, out)
-
-    def _respond(self, here: slice, displacement: Floats, out: Floats | None) -> tuple[Floats, Floats]:
-        """Return force (e, n, 3) and energy (e,); put the stiffness into `out`."""
+    def _respond(
+        self, here: slice, displacement: Floats, out: Floats | None, step: Floats | None
+    ) -> tuple[Floats, Floats]:
         gradient, weight = self.gradient[here], self.weight[here]
         e, n, q, _ = gradient.shape
         flat = gradient.reshape(e, n, 3 * q)
@@ -162,9 +149,8 @@ class Hexahedra:
 # Hexahedron with one integration point and hourglass control
 
 _X, _Y, _Z = CORNERS.T
-HOURGLASS = np.stack(
-    [_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z]
-)  # vectors (4, 8) of Flanagan and Belytschko (1981)
+# Vectors (4, 8) of Flanagan and Belytschko (1981)
+HOURGLASS = np.stack([_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z])
 
 
 @ELEMENTS.register
@@ -199,7 +185,12 @@ class OnePointHexahedron(Hexahedra):
         self.hourglass_stiffness = coefficient * material.shear_modulus * volume * size
 
     def respond(
-        self, batch: slice, displacement: Floats, stiffness: bool, out: Floats | None = None
+        self,
+        batch: slice,
+        displacement: Floats,
+        stiffness: bool,
+        out: Floats | None = None,
+        step: Floats | None = None,
     ) -> ElementResponse:
         """Return the response of the elements `batch` to their displacements (e, 8, 3) [m]."""
         answer = super().respond(batch, displacement, stiffness, out)
@@ -359,9 +350,8 @@ def quadratic_shape(natural: np.ndarray) -> np.ndarray:
     return np.concatenate([product[:, :8] * reach / 8, product[:, 8:] * bubble[:, along] / 4], axis=1)
 
 
-QUADRATIC_GRADIENTS = shape_gradient(
-    GAUSS, quadratic_shape
-)  # natural gradients (8 points, 20 nodes, 3) at the Gauss points
+# Natural gradients (8 points, 20 nodes, 3) at the Gauss points
+QUADRATIC_GRADIENTS = shape_gradient(GAUSS, quadratic_shape)
 
 
 @ELEMENTS.register
@@ -383,10 +373,8 @@ class QuadraticHexahedron(Hexahedra):
         material: Material,
         coefficient: float = 0.0,  # of hourglass control, which it does without
     ) -> None:
-        weight, gradient = (
-            np.empty((len(corners), len(GAUSS))),
-            np.empty((len(corners), NODES, len(GAUSS), 3)),
-        )
+        count, points = len(corners), len(GAUSS)
+        weight, gradient = np.empty((count, points)), np.empty((count, NODES, points, 3))
         for q, natural in enumerate(QUADRATIC_GRADIENTS):
             weight[:, q], gradient[:, :, q] = jacobians(corners, natural)
         super().__init__(corners, material, GAUSS, weight, gradient)

@@ -21,7 +21,7 @@ import numpy as np
 from knitstudy.errors import MeshError
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import SCRATCH, determinant, inverse
-from knitstudy.mechanics.elements import ElementGroup, ElementResponse, in_parts
+from knitstudy.mechanics.elements import ElementGroup, Elements
 from knitstudy.mechanics.materials import FULL, VOIGT, Material, axes_along
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.space import Space
@@ -101,17 +101,21 @@ class MeanDilatation:
 
     def _pressure(self, spans: slice, mean: Floats) -> Floats:
         of_given = (mean[:, None] @ self.orthonormal[spans])[:, 0]
-        return np.repeat(self.lame * (self._functions @ of_given.T), self._weight.shape[2], axis=1).reshape(
-            -1
-        )
+        of_spans = self.lame * (self._functions @ of_given.T)  # (m, e)
+        return np.repeat(of_spans, self._weight.shape[2], axis=1).reshape(-1)
 
 
 CACHE = 12_000  # points whose moduli fit into a processor's cache together
 CLOSE = 16_384  # numbers that fit into the nearest part of it, together with their products
 
 
-class Spans:
+class Spans(Elements):
     """Spans of yarns whose splines have the same degrees over the section.
+
+    With the `step` that they came by straight from where a tangent was formed, the stress in the tangent is the one
+    that the tangent foresaw, without stretches of second order: as in Newton's method with stresses as unknowns of
+    their own (Magisano et al. 2017). A straight step stretches a yarn that turns by half the square of the angle. In
+    slender yarns that would be most of the stress, in the very step that takes it away.
 
     Raises MeshError if a span is folded at a quadrature point, as where a yarn is bent tighter than its radius.
     """
@@ -139,7 +143,8 @@ class Spans:
         fewer = [j * self._full + np.arange(disc.size(p)) for j, p in enumerate(degrees)]
         kept = np.concatenate(fewer)
         self._kept = None if len(kept) == len(degrees) * self._full else kept
-        count, few = len(corners), max(1, CACHE // self.points)
+        count = len(corners)
+        few = self.few = max(1, CACHE // self.points)
         shape = len(points), count, weight.shape[1]
         self._inverse, size = np.empty((3, 3, *shape)), np.empty(shape)  # d xi / d x and the Jacobian
         for first in range(0, count, few):
@@ -173,28 +178,9 @@ class Spans:
         volume = (np.swapaxes(self._along[0], 1, 2) @ across).reshape(len(across), -1)
         return volume if self._kept is None else volume[:, self._kept]
 
-    def respond(
-        self,
-        batch: slice,
-        displacement: Floats,
-        stiffness: bool,
-        out: Floats | None = None,
-        step: Floats | None = None,
-    ) -> ElementResponse:
-        """Return the response of the spans `batch` to the displacements (e, a, 3) of their nodes [m].
-
-        With the `step` (e, a, 3) that they came by straight from where a tangent was formed, the stress in the tangent
-        is the one that the tangent foresaw, without stretches of second order: as in Newton's method with stresses as
-        unknowns of their own (Magisano et al. 2017). A straight step stretches a yarn that turns by half the square of
-        the angle. In slender yarns that would be most of the stress, in the very step that takes it away.
-        """
-        few = max(1, CACHE // self.points)
-        return in_parts(self._respond, few, batch, displacement, stiffness, out, step)
-
     def _respond(
-        self, spans: slice, displacement: Floats, out: Floats | None, step: Floats | None = None
+        self, spans: slice, displacement: Floats, out: Floats | None, step: Floats | None
     ) -> tuple[Floats, Floats]:
-        """Return force (e, a, 3) and energy (e,) of a few spans; put their stiffness into `out`."""
         to_parent, weight = self._inverse[:, :, :, spans].reshape(3, 3, -1), self._weight[:, spans]
         gradient = _product(self._parent_gradient(displacement, spans), to_parent)
         transposed = gradient.swapaxes(0, 1)
@@ -396,5 +382,5 @@ def span_groups(
         along = np.concatenate([s for _, s, _ in parts], axis=1)
         weight = np.concatenate([w for _, _, w in parts])
         elements = Spans(nodes[connectivity], along, weight, np.array(degrees), material)
-        groups.append(ElementGroup(connectivity.astype(np.int32), elements, mixed=True))
+        groups.append(ElementGroup(connectivity.astype(np.int32), elements))
     return tuple(groups)

@@ -11,11 +11,12 @@ import xarray as xr
 
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS, transferred_uncertainty
+from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds, trend
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
 from knitstudy.paper.columns import CONTRACTION, FRICTION_SHARE, STABILISED, STRAIN, U_Z
+from knitstudy.paper.scene_names import INTERACTIONS
 from knitstudy.paper.sweeps import FRICTION
 
 # Claim K3: strain interval before and after a point over which the mean slope of the force is taken; largest strain

@@ -18,7 +18,6 @@ import xarray as xr
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.reference import (
-    INTERACTIONS,
     Reference,
     made_of,
     reference_of,
@@ -36,7 +35,7 @@ from knitstudy.paper.claims import (
     worst,
 )
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
-from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.paper.scene_names import CASES, INTERACTIONS, OTHER_SOLIDS, SOLIDS, of_cases
 from knitstudy.run.catalogue import Datasets, Scenes, one, several
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.

@@ -23,7 +23,7 @@ from knitstudy.measures.centre_cell import (
     loop_of,
 )
 from knitstudy.measures.estimate import Estimate, all_hold
-from knitstudy.measures.reference import HEXAHEDRA, INTERACTIONS, made_of
+from knitstudy.measures.reference import HEXAHEDRA, made_of
 from knitstudy.measures.response import memory_growth
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
@@ -41,6 +41,7 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF
+from knitstudy.paper.scene_names import INTERACTIONS
 from knitstudy.paper.square_knits import SIZES, counted_solids, series_of
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points

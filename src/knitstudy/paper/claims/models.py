@@ -28,7 +28,7 @@ from knitstudy.paper.claims import (
 )
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF, MEMORY, U_Z, Simulation
-from knitstudy.paper.scene_names import CASES
+from knitstudy.paper.scene_names import CASES, model_name
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
@@ -244,7 +244,7 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
     size = {name: model[DOF] for name, model in models.items()}
     ours, theirs = {name: model[MEMORY] for name, model in models.items()}, reported["memory"]
     for name, model in models.items():
-        label, printed = model.scene.kind.fidelity.label, reported["degrees of freedom"][name]
+        label, printed = model_name(model.scene.kind.fidelity), reported["degrees of freedom"][name]
         row = comparable(
             f"degrees of freedom, {label}", size[name], printed, f"{size[name]:,}", f"{printed:,.0f}"
         )

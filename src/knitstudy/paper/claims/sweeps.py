@@ -11,7 +11,6 @@ from dataclasses import replace
 import pandas as pd
 
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -25,6 +24,7 @@ from knitstudy.paper.claims import (
     worst,
 )
 from knitstudy.paper.claims.evidence import Evidence
+from knitstudy.paper.scene_names import INTERACTIONS
 from knitstudy.paper.sweeps import ALONG, DIAMETER, HELD, SPACING, Sweep, sweeps_of
 
 FEWEST = 5  # Least number of values of a sweep

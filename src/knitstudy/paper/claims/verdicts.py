@@ -17,11 +17,10 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.measures.reference import INTERACTIONS
 from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
 from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
 from knitstudy.paper.columns import FORCE, U_Z
-from knitstudy.paper.scene_names import CASES, SOLIDS, of_cases
+from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
 
 READING, INPUT = "reading", "input"  # Kinds of readings
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged

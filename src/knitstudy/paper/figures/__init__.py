@@ -8,11 +8,24 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from knitstudy.paper.scene_names import INTERACTIONS as NAMES
+from knitstudy.paper.scene_names import MODEL_NAMES
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import RenderingError
-from knitstudy.use.style import styled
+from knitstudy.use.style import INK, Look, styled
 
 log = logging.getLogger(__name__)
+
+DIRECT = Look("DNS", INK, "-", "o")  # the direct simulation of a case, of either kind of elements
+MODELS = {
+    "rom3d": Look(MODEL_NAMES["rom3d"], "#7B3294", "--", "s"),
+    "rom2d": Look(MODEL_NAMES["rom2d"], "#D9740B", "-.", "^"),
+}
+INTERACTIONS = {
+    "tie": Look(NAMES["tie"], INK, "-", "o"),
+    "rough": Look(NAMES["rough"], "#0072B2", "--", "s"),
+    "isotropic": Look(NAMES["isotropic"], "#D9740B", "-.", "^"),
+}
 
 
 def draw(name: str, **sources: Any) -> Figure:

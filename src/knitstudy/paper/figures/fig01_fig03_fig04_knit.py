@@ -15,6 +15,7 @@ from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.rom2d import build as network_2d
 from knitstudy.measures.centre_cell import loop_of
+from knitstudy.paper.figures import MODELS
 from knitstudy.paper.scene_names import of_solid, solid
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
@@ -35,7 +36,6 @@ from knitstudy.use.style import (
     ACCENT,
     INK,
     MILLIMETRE,
-    MODELS,
     PAPER,
     SINGLE,
     YARNS,

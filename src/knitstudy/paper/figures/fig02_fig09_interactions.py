@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from knitstudy.measures.response import out_of_plane
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.paper.scene_names import solid
 from knitstudy.run.catalogue import FIGURES
@@ -18,7 +19,6 @@ from knitstudy.use.style import (
     ACCENT,
     DOUBLE,
     INK,
-    INTERACTIONS,
     MILLIMETRE,
     PAPER,
     YARNS,

@@ -16,6 +16,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.centre_cell import Snapshot, area_of_cell, centre_cell, snapshots, zones_of_cell
 from knitstudy.measures.response import deformed_centrelines
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.scene_names import of_solid
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
@@ -36,9 +37,9 @@ from knitstudy.use.style import (
     ACCENT,
     FAINT,
     INCH,
-    INTERACTIONS,
     MEGAPASCAL,
     MILLIMETRE,
+    PAPER,
     PERCENT,
     Style,
     height,
@@ -50,6 +51,7 @@ CURVES = 88.0  # height of (a) and (b) [mm]
 MARGIN = (2.3, 3.2)  # room around the crossings of the cell in x and y, in yarn radii
 NUMBERS = 3.0  # from the axes to the numbers of the strains above [mm]
 ONSET = 0.6  # the inset ends at this strain [%], up to which increments are small
+DOT, RIM = 20.0, 42.0  # areas of a point that touches, and of the white disc behind it [points^2]
 ARROW = 17.0  # from a contact to the tail of the arrow to it [points]
 
 
@@ -70,17 +72,18 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     letters = [f"c{point.number}" for point in points]
     drawing, panels = draw_rows([pictures], foot=BAR, above=CURVES, titles=titles, letters=letters)
     foot = INCH * drawing.get_figheight() - CURVES
-    upper, lower = (place(drawing, 0.075, foot + bottom, 0.4, high) for bottom, high in ((49, 30), (17, 28)))
+    upper, lower = (place(drawing, 0.09, foot + bottom, 0.385, high) for bottom, high in ((49, 30), (17, 28)))
     _draw_curves(upper, lower, place(drawing, 0.57, foot + 17, 0.4, 62), dns, contacts)
     text = ";  ".join(point.label for point in points)
     drawing.text(0.5, 1 - (CURVES - 2) / (foot + CURVES), text, ha="center", va="bottom")
     touching = [_touching(dns, cell, point.increment) for point in points]
     largest = max((pressure.max(initial=0) for _, pressure in touching), default=0) or 1.0
-    scale = ScalarMappable(Normalize(0, MEGAPASCAL * largest), "cividis")
+    scale = ScalarMappable(Normalize(0, MEGAPASCAL * largest), "plasma")
     for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
         order = np.argsort(pressure)
         at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
-        axes.scatter(at[:, 0], at[:, 1], c=colours, s=12, linewidth=0, zorder=5, rasterized=True)
+        for size, colour in ((RIM, PAPER), (DOT, colours)):
+            axes.scatter(at[:, 0], at[:, 1], c=colour, s=size, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
     scale_bar(panels[0], 2, left=0.43)
     colour_bar(drawing, scale, "contact pressure (MPa)", 0.3, 0.4)
@@ -100,7 +103,7 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
         (onset, strain[early], dns["force"][early], "(N)", "default"),
     ):
         look = INTERACTIONS["isotropic"].line | {"linestyle": "-", "clip_on": False, "drawstyle": steps}
-        axes.plot(at, value, **look)
+        axes.plot(at, value, markevery=np.flatnonzero(at > ONSET).tolist(), **look)
         axes.set(xlabel="strain in course direction (%)", ylabel=label, xlim=(0, at[-1]), ylim=(0, None))
         for point in points:
             axes.axvline(PERCENT * point.strain, color=FAINT, linewidth=0.7, linestyle=":", zorder=0)

@@ -22,6 +22,7 @@ from knitstudy.measures.response import (
     rms_out_of_plane,
     transverse_contraction,
 )
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.paper.scene_names import network, of_solid, solid
 from knitstudy.run.catalogue import FIGURES, Results, Scenes
@@ -43,7 +44,6 @@ from knitstudy.use.style import (
     FAINT,
     INCH,
     INK,
-    INTERACTIONS,
     MILLIMETRE,
     PERCENT,
     Style,
@@ -81,10 +81,7 @@ def _results(direction: str) -> dict[str, Results]:
 def draw_models(
     geometry: xr.Dataset, scenes: Scenes, reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
-    """Draw the deformed yarns of both models at full load, displacements true to scale.
-
-    Every interaction has a row with a scale of colours of its own.
-    """
+    """Draw the deformed yarns of both models at full load, true to scale; an interaction has a scale of colours."""
     radius, rows, scales, titles = float(geometry["radius"]), [], [], []
     for kind in SHOWN:
         histories = models[f"{kind}_dns"], models[f"{kind}_rom3d"]
@@ -108,12 +105,9 @@ def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> l
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
         third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
-        titles.append(f"{label}, {INTERACTIONS[kind].label}\n{_largest(history)}{second}{third}")
+        first = f"{label}, {INTERACTIONS[kind].label}\nlargest $|u_z|$"
+        titles.append(f"{first} {MILLIMETRE * np.abs(elevation(history)).max():#.3g} mm{second}{third}")
     return titles
-
-
-def _largest(history: xr.Dataset) -> str:
-    return f"largest $|u_z|$ {MILLIMETRE * np.abs(elevation(history)).max():#.3g} mm"
 
 
 # ---- yarns coloured by their out-of-plane displacement ----

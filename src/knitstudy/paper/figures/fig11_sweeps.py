@@ -7,8 +7,9 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.measures.reference import INTERACTIONS, SOLID_YARNS
+from knitstudy.measures.reference import SOLID_YARNS
 from knitstudy.paper.columns import rows_of
+from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.sweeps import DIAMETER, HELD, RESULTS, SPACING, Sweep, sweeps_of
 from knitstudy.run.catalogue import FIGURES, Datasets, Scenes
 from knitstudy.use.style import DOUBLE, INK, MILLIMETRE, Style, figure, panel_letter, shared_legend
@@ -43,7 +44,7 @@ def draw(
             for sweep in series:
                 if sweep.interaction == kind:
                     _draw_series(axes, sweep, unit)
-            panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind])
+            panel_letter(axes, "abcd"[2 * row + k], INTERACTIONS[kind].label)
         panels[1, k].set_xlabel(label)
     for axes in panels[:, 0]:  # limits of a row hold for all that it shows
         axes.set(ylim=(0, None), ylabel="largest out-of-plane motion (mm)")

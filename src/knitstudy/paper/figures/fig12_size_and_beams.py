@@ -16,11 +16,12 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.reference import reference_of
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.cases import label_of
+from knitstudy.paper.figures import DIRECT, MODELS
 from knitstudy.paper.figures.fig15_force_strain import draw_curves, draw_reference, force_curve, owners
 from knitstudy.paper.scene_names import BEAM_MODELS, of_case, solid
 from knitstudy.paper.square_knits import NONE, SIZES, counted_models
 from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, one, several
-from knitstudy.use.style import ACCENT, DIRECT, DOUBLE, MODELS, Look, Style, figure, panel_letter, place
+from knitstudy.use.style import ACCENT, DOUBLE, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
 DASHES = {
@@ -49,10 +50,7 @@ def draw(
     untied: xr.Dataset | None = None,
     geometry: xr.Dataset | None = None,
 ) -> Figure:
-    """Draw degrees of freedom against size, if the study has the paper's mesh, and force against strain below.
-
-    Knits of which no row is tied have a panel of their own, if there are some.
-    """
+    """Draw degrees of freedom against size, force against strain, and that of knits without tied rows, if known."""
     low = LEAST if untied is not None else 0.0
     drawing = figure(DOUBLE, (ABOVE if geometry is not None else 0.0) + BELOW + low)
     true = reference_of(reference, scenes["dns"])
@@ -71,7 +69,7 @@ def draw(
         curve = force_curve(replace(DIRECT, marker=""), untied, reference_of(reference, scenes["untied"]))
         axes = place(drawing, 0.11, 12.0, 0.5, low - 20.0)
         draw_curves(axes, [replace(curve, value=curve.value / full)], "force, as in (b)", "1", "course")
-        panel_letter(axes, "c", "the same without tied rows")
+        panel_letter(axes, "c", "solid yarns without tied rows")
     if geometry is not None:
         axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
         _draw_size(axes, geometry, scenes["geometry"].value("mesh"), paper)
@@ -82,15 +80,15 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame)
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
     for model in counted_models(fabric_of(geometry), mesh, paper):
-        ink = MODELS[model.stem.split("-")[0]].colour
+        ink = MODELS.get(model.stem.split("-")[0], DIRECT).colour
         if model.multiplied is NONE:
-            lines.append((model.name.removesuffix(", ties"), model.unknowns, ink, "-"))
+            lines.append((model.name, model.unknowns, ink, "-"))
         else:
             lines.append(("hexahedra, contact by multipliers", model.multiplied, ink, "--"))
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end, above = law(SHOWN[-1]), {"hexahedra": -14, "paper, contact: its law": 6}.get(name, 0)
+        end, above = law(SHOWN[-1]), {"hexahedra, ties": -14, "paper, contact: its law": 6}.get(name, 0)
         look: Style = {"textcoords": "offset points", "va": "center", "color": colour}
         axes.annotate(f"{name}: {end / 1e6:.3g} million", (SHOWN[-1], end), (5, above), **look)
     rows = paper[

@@ -15,6 +15,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.models.rom2d.build import heights_by_stress, zone_places
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
+from knitstudy.paper.figures import MODELS
 from knitstudy.paper.scene_names import solid
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (
@@ -27,7 +28,7 @@ from knitstudy.use.solids import (
     yarn_colours,
     yarn_tubes,
 )
-from knitstudy.use.style import INK, MILLIMETRE, MODELS, PAPER, Style, shared_legend
+from knitstudy.use.style import INK, MILLIMETRE, PAPER, Style, shared_legend
 
 TENSION = {"course": "#0072B2", "wale": "#8E1B5A"}  # colours of the axes in course and in wale tension
 YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments

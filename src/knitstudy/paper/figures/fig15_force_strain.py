@@ -14,17 +14,16 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
 
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS, Reference
+from knitstudy.measures.reference import Reference
 from knitstudy.paper.cases import cases_of, label_of
 from knitstudy.paper.columns import rows_of
+from knitstudy.paper.figures import DIRECT, INTERACTIONS, MODELS
 from knitstudy.paper.scene_names import CASES, OTHER_SOLIDS, REDUCED, SOLIDS, network, of_case, solid
 from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, several
 from knitstudy.use.style import (
-    DIRECT,
     DOUBLE,
     FAINT,
     INK,
-    MODELS,
     PAPER,
     PERCENT,
     Look,
@@ -79,7 +78,7 @@ def draw(every: Datasets, scenes: Scenes, reference: pd.DataFrame, **first: xr.D
         curves = [force_curve(look, model.history, case.reference) for look, model in main]
         draw_curves(axes, curves, "reaction force", "N", case.direction, CUT)
         draw_reference(axes, case.reference)
-        panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction]}, {case.direction} tension")
+        panel_letter(axes, "abcd"[k], f"{INTERACTIONS[case.interaction].label}, {case.direction} tension")
     return drawing
 
 
@@ -122,7 +121,7 @@ def draw_variants(every: Datasets, scenes: Scenes, reference: pd.DataFrame, **fi
         axes.xaxis.set_major_formatter("{x:g}")
         axes.xaxis.set_minor_formatter("")
         axes.grid(axis="y", linewidth=0.4, color=FAINT, alpha=0.5)
-        panel_letter(axes, letter, INTERACTIONS[kind])
+        panel_letter(axes, letter, INTERACTIONS[kind].label)
     quantity = f"force at full strain over the {owners(case.reference for case in cases)} (1)"
     drawing.supxlabel(quantity, x=0.71, y=0.7 * FOOT / whole, fontsize=8.0)
     shared_legend(drawing, ncols=2, bbox_to_anchor=(0.71, 0.0))
@@ -187,10 +186,10 @@ def draw_curves(
 
 
 def draw_reference(axes: Axes, reference: Reference, unit: float = 1.0) -> None:
-    """Draw the reference's forces over a unit [N], and the band of uncertainty; no band where it has no uncertainty."""
-    if not reference.known:
+    """Draw the reference's forces over a unit [N], and the band of uncertainty, as far as the axis of strains goes."""
+    strain, force, off = reference.curve(axes.get_xlim()[1] / PERCENT)
+    if len(strain) < 2:
         return
-    strain, force, off = reference.curve()
     force, off = force / unit, off / unit
     axes.fill_between(PERCENT * strain, force - off, force + off, color=FAINT, alpha=0.6, linewidth=0)
     look: Style = {"fmt": "s", "color": INK, "markersize": 3.0, "markerfacecolor": "white", "capsize": 2.5}

@@ -14,7 +14,7 @@ from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.measures import response
 from knitstudy.measures.centre_cell import crossing_error
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import INTERACTIONS, made_of
+from knitstudy.measures.reference import made_of
 from knitstudy.paper.cases import COMPARED, MODELS, Case, cases_of, comparison, plain
 from knitstudy.paper.columns import (
     CONTRACTION,
@@ -40,7 +40,7 @@ from knitstudy.paper.columns import (
     rows_of,
     tabulated,
 )
-from knitstudy.paper.scene_names import solid
+from knitstudy.paper.scene_names import INTERACTIONS, solid
 from knitstudy.paper.sweeps import ALONG, DIAMETER, HELD, RESULTS, SPACING, sweeps_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 

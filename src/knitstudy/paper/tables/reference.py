@@ -11,9 +11,10 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.measures.estimate import Common, Limit, common_limit
-from knitstudy.measures.reference import INTERACTIONS, RefinementSeries, refinement_series_of
+from knitstudy.measures.reference import RefinementSeries, refinement_series_of
 from knitstudy.measures.response import LARGEST_U_Z, QUANTITIES, RMS_U_Z, STRAINS, increment_at
 from knitstudy.paper.columns import cells_of
+from knitstudy.paper.scene_names import INTERACTIONS
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 REFERENCE_SCENES = several("simulation", "reference-*")  # Increments end at `STRAINS`

@@ -46,7 +46,7 @@ from knitstudy.paper.scene_names import SQUARES
 from knitstudy.paper.square_knits import NONE, SIZES, Series, counted_models, series_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, one, several
 
-KNITS = several("simulation", *SQUARES, fewest=12)  # Fewer are not all of Table 3
+KNITS = several("simulation", *SQUARES, fewest=10)  # Fewer are not all of Table 3
 
 PER_ITERATION = Column(
     "time of a Newton iteration",

@@ -16,8 +16,7 @@ from typing import Annotated, Any, Self
 import numpy as np
 from pydantic import Field
 
-from knitstudy.knit.scene.defaults import packaged_defaults
-from knitstudy.knit.scene.documents import CONFIG, read_yaml
+from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, read_yaml
 from knitstudy.knit.scene.keys import Count, Section, declared, validated
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene, set_dotted

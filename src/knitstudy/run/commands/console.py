@@ -19,8 +19,7 @@ from rich.text import Text
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
 from knitstudy.files import read_dataset
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
-from knitstudy.knit.scene.defaults import packaged_defaults
-from knitstudy.knit.scene.documents import CONFIG, parsed, read_yaml
+from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, parsed, read_yaml
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import is_loaded, load_plugins

@@ -10,8 +10,8 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.defaults import layered_defaults
-from knitstudy.knit.scene.keys import describe_with_source
+from knitstudy.knit.scene.documents import layered_defaults
+from knitstudy.knit.scene.keys import describe
 from knitstudy.knit.scene.kinds import MODELS, Labels
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
@@ -153,7 +153,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
-        described = describe_with_source(type(scene.sections[name]) if name else Labels, field)
+        described = describe(type(scene.sections[name]) if name else Labels, field)
         said = [getattr(described, column) for column in columns]
         if key in changes:
             said[columns.index("provenance")] = "set here"

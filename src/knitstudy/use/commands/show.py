@@ -142,7 +142,7 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     at_full_load = partial(solids, scene, geometry, mesh, history)
     knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
     for path in pictures:
-        deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.label}")
+        deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
         click.echo(f"drawn: {path}", err=True)
 
 

@@ -6,13 +6,13 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import model_validator
 
+from knitstudy.knit.scene.alternatives import STIFFNESSES
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
-from knitstudy.knit.scene.yarns import STIFFNESSES
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
 
@@ -25,19 +25,15 @@ class TouchingBeamGates(BeamGates):
     forces of jerseys are within 8 % of solid yarns."""
 
 
-class FrictionAlone(Section):
+class FrictionAlone(Section, group="contact"):
     """Contact of cells, which has no keys but those of the interaction."""
 
-    group: ClassVar[str] = "contact"
 
-
-class BeamSection(Section):
+class BeamSection(Section, group="beam"):
     """Contact along all yarns with "rigid" or "hertz" sections.
 
     Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5.
     """
-
-    group: ClassVar[str] = "beam"
 
     section: Annotated[str, OneOf(LAWS.all)] = numerics("choice")
     """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
@@ -78,7 +74,6 @@ class _Beams(Scene):
 class Beams(_Beams, Knit):
     """Knits of beams in contact."""
 
-    specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
 
     tie: Tie = section()
@@ -89,7 +84,6 @@ class Beams(_Beams, Knit):
 class CellOfBeams(_Beams, Cell):
     """Cells of an endless knit of beams in contact."""
 
-    specimens = ("cell",)
     slips = True
     takes: ClassVar = "all stitches"
     idle_beside: ClassVar = {
@@ -113,10 +107,8 @@ MODELS.register(
     Model(
         name="beam",
         meaning="beams in contact",
-        label="beams",
         parts=(Beams, CellOfBeams),
         build=later("knitstudy.knit.models.beam.build:build"),
-        look=("#00704F", "-", "P"),
         memory=350,
         memory_a_cell=3.3,
         seconds_a_cell=1.1,

@@ -54,7 +54,6 @@ class Rows:
 
     stations: Stations  # the n nodes of the period
     period: Floats  # (Y,) lengths of the yarns [m]
-    weight: Floats  # (n,) lengths that nodes stand for [m]
     nodes: Floats  # (N, 3) the same nodes, and the images of the first of every yarn [m]
     owner: Ints  # (N,) the node that every one is or is an image of
     image: Ints  # (N, 2) how many periods away
@@ -85,7 +84,6 @@ def divided(fabric: Fabric, size: float) -> Rows:
     return Rows(
         stations=Stations(yarn, s, position),
         period=period,
-        weight=step,
         nodes=position[owner] + image @ fabric.periods,
         owner=owner,
         image=image,

@@ -14,10 +14,8 @@ from knitstudy.mechanics.elements import ELEMENTS
 from knitstudy.registry import later
 
 
-class SolidMesh(Section):
+class SolidMesh(Section, group="mesh"):
     """Sizes of solid elements at crossings, their growth on legs, and the element."""
-
-    group: ClassVar[str] = "mesh"
 
     size: Size = resolution("stated", unit="yarn radii")
     """Table 5: 0.3 mm, of a radius of 0.9 mm. Checked: 0.25 to 0.67: force +7 % at 0.67 (docs/notes/sensitivity.md)."""
@@ -76,14 +74,12 @@ class HexahedralScene(Scene):
 class TiedHexahedra(HexahedralScene, Knit):
     """Knits of tied solid yarns of hexahedra."""
 
-    specimens = ("cut_knit", "knit")
     touches = False
 
 
 class Hexahedra(HexahedralScene, Knit):
     """Knits of solid yarns of hexahedra in contact."""
 
-    specimens = ("cut_knit", "knit")
     touches = True
 
     contact: KnitContact = section()
@@ -92,14 +88,12 @@ class Hexahedra(HexahedralScene, Knit):
 class TiedPairOfHexahedra(HexahedralScene, Crossing):
     """Two tied solid yarns of hexahedra."""
 
-    specimens = ("pair",)
     touches = False
 
 
 class PairOfHexahedra(HexahedralScene, Crossing):
     """Two solid yarns of hexahedra in contact."""
 
-    specimens = ("pair",)
     touches = True
     retired: ClassVar = {"contact.tied_edges": "outer"}
 
@@ -110,7 +104,6 @@ MODELS.register(
     Model(
         name="hexahedra",
         meaning="solid yarns of hexahedra",
-        label="DNS",
         parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),
         solid=True,
         outputs=("fields", "vtu", "deck"),

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
@@ -29,7 +27,7 @@ from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHe
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import ContactOfSolids, Discretisation, yarn_surfaces
 from knitstudy.knit.yarns.interactions import penalties
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
 from knitstudy.mechanics.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
@@ -116,63 +114,41 @@ def kind_of(scene: HexahedralScene) -> Any:
 
 
 def divide(scene: HexahedralScene, mesh: SweptMesh, fabric: Fabric) -> Discretisation:
-    """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated.
+    """Return the yarns of a scene as hexahedra, whether or not they are fit to be simulated; nodes are places.
 
     Quadratic ones are made one for each of the swept mesh. Raises MeshError if one is folded.
     """
-    if kind_of(scene).nodes == NODES:
-        quadratic = quadratic_mesh(mesh, fabric.centrelines)
-        return _discretisation(
-            scene,
-            quadratic.nodes,
-            quadratic.elements,
-            quadratic.yarn,
-            quadratic_shape,
-            mesh=quadratic.corners,
-            station=quadratic.station,
-            bandwidth=quadratic.bandwidth,
-            surfaces=Grids(
-                [
-                    Grid(grid, chords=circular_chords(angles))  # through nodes at half the spacing
-                    for grid, angles in zip(quadratic.grids, quadratic.angles, strict=True)
-                ]
-            ),
-            rings=Rings.of_rows(quadratic.arc_lengths),
-            ends=_ends(quadratic, grips(quadratic.corners, fabric, load_of(scene) or "")),
-            sampling=sp.identity(len(quadratic.nodes), format="csr")[quadratic.corner_nodes],
-            dependence=_dependence(quadratic),
-        )
-    station = np.repeat(np.arange(mesh.slices), mesh.section.size)
-    return _discretisation(
-        scene,
-        mesh.nodes,
-        mesh.hexahedra,
-        mesh.yarn_of_slice[station],
-        shape,
-        mesh=mesh,
-        station=station,
-        bandwidth=mesh.section.size + mesh.section.bandwidth,
-        surfaces=Grids(yarn_surfaces(mesh)),
-        rings=Rings.of_rows(mesh.stations),
-        ends=grips(mesh, fabric, load_of(scene) or ""),
-    )
-
-
-def _discretisation(
-    scene: HexahedralScene,
-    nodes: Floats,
-    elements: NDArray[np.integer[Any]],
-    yarn: Ints,
-    function: Callable[[Floats], Any],
-    **parts: Any,
-) -> Discretisation:
-    """Return the parts that linear and quadratic hexahedra share: nodes are places."""
-    kind, material = kind_of(scene), material_of(scene.yarn)
+    kind, material, load = kind_of(scene), material_of(scene.yarn), load_of(scene) or ""
+    own: dict[str, Any]
+    if kind.nodes == NODES:
+        quadratic, function = quadratic_mesh(mesh, fabric.centrelines), quadratic_shape
+        nodes, elements, yarn, mesh = quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic.corners
+        grids = zip(quadratic.grids, quadratic.angles, strict=True)  # through nodes at half the spacing
+        own = {
+            "station": quadratic.station,
+            "bandwidth": quadratic.bandwidth,
+            "surfaces": Grids([Grid(grid, chords=circular_chords(angles)) for grid, angles in grids]),
+            "rings": Rings.of_rows(quadratic.arc_lengths),
+            "ends": _ends(quadratic, grips(mesh, fabric, load)),
+            "sampling": sp.identity(len(nodes), format="csr")[quadratic.corner_nodes],
+            "dependence": _dependence(quadratic),
+        }
+    else:
+        station, function = np.repeat(np.arange(mesh.slices), mesh.section.size), shape
+        nodes, elements, yarn = mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station]
+        own = {
+            "station": station,
+            "bandwidth": mesh.section.size + mesh.section.bandwidth,
+            "surfaces": Grids(yarn_surfaces(mesh)),
+            "rings": Rings.of_rows(mesh.stations),
+            "ends": grips(mesh, fabric, load),
+        }
 
     def groups(places: Floats) -> tuple[ElementGroup, ...]:
         return (ElementGroup(elements, kind(places[elements], material, scene.solver.hourglass)),)
 
     return Discretisation(
+        mesh=mesh,
         nodes=nodes,
         unity=np.ones(len(nodes)),
         yarn=yarn,
@@ -181,5 +157,5 @@ def _discretisation(
         locate=InverseMap(nodes, elements, yarn, function).locate,
         size=scene.mesh.smallest * scene.yarn.radius,
         connectivity=elements,
-        **parts,
+        **own,
     )

@@ -52,7 +52,6 @@ class PlanarJoints(Joints):
 class PlanarNetwork(Knit):
     """Planar networks of knits."""
 
-    specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS
     takes: ClassVar = "one stitch"
 
@@ -63,11 +62,9 @@ MODELS.register(
     Model(
         name="rom2d",
         meaning="a planar honeycomb of beams",
-        label="2D ROM",
         parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
         build=later("knitstudy.knit.models.rom2d.build:build"),
-        look=("#D9740B", "-.", "^"),
         memory=500,
         seconds_a_cell=0.15,
     )

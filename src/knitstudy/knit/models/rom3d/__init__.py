@@ -82,7 +82,6 @@ class Springs(SpatialJoints):
 
 
 class _SpatialNetwork(Knit):
-    specimens = ("cut_knit", "knit")
     retired: ClassVar = OF_SOLIDS
 
     mesh: BeamMesh = section()
@@ -110,11 +109,9 @@ MODELS.register(
     Model(
         name="rom3d",
         meaning="a spatial network of beams",
-        label="3D ROM",
         parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
         build=later("knitstudy.knit.models.rom3d.build:build"),
-        look=("#7B3294", "--", "s"),
         memory=500,
         seconds_a_cell=0.15,
     )

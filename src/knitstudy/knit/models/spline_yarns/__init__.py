@@ -178,7 +178,6 @@ MODELS.register(
     Model(
         name="spline_yarns",
         meaning="solid yarns of polynomials times splines",
-        label="DNS",
         parts=(
             TiedSplineYarns,
             SplineYarns,
@@ -190,6 +189,5 @@ MODELS.register(
         solid=True,
         outputs=("fields", "vtu"),
         build=later("knitstudy.knit.models.spline_yarns.build:build"),
-        look=("#0072B2", "-", "D"),
     )
 )

@@ -1,0 +1,48 @@
+"""All benchmarks of the book, or those that are named: `python examples/knots [name ...]`.
+
+Writes resources/benchmarks.csv, a picture of each, and the table of docs/notes/knots.md. Rows of benchmarks that do
+not run stay as they are.
+"""
+
+import re
+import sys
+from importlib import import_module
+
+import pandas as pd
+from book import COLUMNS, ROOT, TABLE
+
+BENCHMARKS = [
+    "elastica", "ring", "frame", "writhing", "hertz", "sliding", "capstan", "clasp", "plectoneme", "overhand", "turns",
+]  # fmt: skip
+PAGE = ROOT / "docs" / "notes" / "knots.md"
+
+
+def as_markdown(table):
+    """Return the rows of the table as lines of Markdown."""
+    lines = ["| benchmark | quantity | at | known | here | error | mesh |", "|---|---|---|---|---|---|---|"]
+    for row in table.itertuples():
+        mesh = "" if pd.isna(row.uncertainty) else f"{100 * row.uncertainty:.1f} %"
+        words = (row.benchmark, row.quantity, row.parameter, f"{row.known:.4g}", f"{row.here:.4g}")
+        lines.append("| " + " | ".join((*words, f"{100 * row.error:+.1f} %", mesh)) + " |")
+    return "\n".join(lines)
+
+
+def run(names):
+    """Run benchmarks by their names; write the table and the page."""
+    for name in names:
+        rows = import_module(name).main(picture=name)
+        table = pd.read_csv(TABLE) if TABLE.exists() else rows[:0]
+        table = pd.concat([table[table.benchmark != rows.benchmark[0]], rows])
+        table[COLUMNS[3:]] = table[COLUMNS[3:]].astype(float)
+        table.to_csv(TABLE, index=False, float_format="%.5g", lineterminator="\n")
+        page = PAGE.read_text(encoding="utf-8")
+        place = re.compile(r"(<!-- table by `make knots` -->\n).*?(\n<!-- end -->)", re.DOTALL)
+        text = place.sub(lambda found: found[1] + as_markdown(table) + found[2], page)  # noqa: B023
+        PAGE.write_text(text, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    unknown = set(sys.argv[1:]) - set(BENCHMARKS)
+    if unknown:
+        sys.exit(f"no benchmarks {sorted(unknown)}; there are {BENCHMARKS}")
+    run(sys.argv[1:] or BENCHMARKS)

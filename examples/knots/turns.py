@@ -1,0 +1,66 @@
+"""Overhand knots of n turns with friction: force over shortening (Jawed et al. 2015); one turn by default."""
+
+import numpy as np
+from book import Page
+from scipy.optimize import brentq
+from scipy.special import ellipe, ellipk
+from tied import pulled
+
+FRICTION = 0.1
+
+
+def shape(x):
+    """Return the length of the loop over R where the braid has the length x R: an elastica of modulus m."""
+    m = brentq(lambda m: 8 * (ellipk(m) - ellipe(m)) / m - 4 * ellipk(m) - x, 1e-9, 0.999)
+    return 4 * ellipk(m)
+
+
+def theory(shortening, turns, friction):
+    """Return F h^2 / B at a shortening e / h: long braids of n turns (PRL 115, 118302).
+
+    n^2 h / e = x^2 / (x + lambda / R) / (8 sqrt(3) pi^2) and n^2 F h^2 / B = mu x^3 / (96 sqrt(3) pi^2).
+    """
+
+    def excess(x):
+        return x**2 / (x + shape(x)) / (8 * np.sqrt(3) * np.pi**2) - turns**2 / shortening
+
+    x = brentq(excess, 1e-3, 5.9)
+    return friction * x**3 / (96 * np.sqrt(3) * np.pi**2) / turns**2
+
+
+def main(meshes=(0.25,), picture=None, knots=((1, 100.0),)):
+    """Compare the force of knots that tighten with the theory at the same shortening.
+
+    Parameters
+    ----------
+    meshes : tuple of float
+        Lengths of elements over sqrt(h R), the finest last.
+    picture : str or None
+        Name of the picture; None: none is written.
+    knots : tuple of tuple
+        Turns, and radius of the loop as drawn over that of the rod.
+
+    Returns
+    -------
+    pandas.DataFrame
+        Rows of the table of the book.
+    """
+    page = Page("knots of n turns", picture)
+    for turns, radius in knots:
+        bracket = []
+        for size in meshes:
+            ((knot, _),) = pulled(radius, turns, size, (FRICTION,))
+            curve = knot.curve()
+            length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+            shortening = length - (curve[-1] - curve[0])[0]
+            bracket.append(knot.support[-1, 0] / theory(shortening, turns, FRICTION))
+        page.axes.plot(*curve[:, :2].T, lw=1, label=f"n = {turns}")
+        page.compare(
+            "F over theory", f"n = {turns}, mu {FRICTION:g}, e / h = {shortening:.0f}", 1.0, bracket, None
+        )
+    page.axes.set_aspect("equal")
+    return page.finish("x / h", "y / h")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""Elastic rods in contact: from curves to a model, what is done to their ends, equilibria along a path, stability.
+
+Nodes are the points of the curves. A path has legs: over a leg, `End` says for every node that something acts on what
+moves, what turns, and which dead force and moment it carries at last. `Rods.path` follows a leg in shares of it,
+`Rods.arc_path` by arc length, beyond limit points as well. Any consistent units do.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from copy import copy
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse.linalg as spla
+from scipy.linalg import eigh
+
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, SectionLaw
+from knitstudy.mechanics.beams.beam_contact import BeamContact
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.laws import Power, Repulsion
+from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
+from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.model import Response
+
+Vector = Sequence[float] | Floats
+STILL, FREE = (0.0, 0.0, 0.0), (np.nan, np.nan, np.nan)
+ITERATIONS, HALVINGS = 12, 10  # most of one step by arc length
+
+
+@dataclass(frozen=True)
+class End:
+    """What is done to a node during a leg; nan in `move` or `turn` leaves a component free."""
+
+    move: Vector = STILL  # (3,), change of its place
+    turn: Vector = STILL  # (3,), spin about fixed axes [rad]
+    force: Vector = STILL  # (3,), dead force at the end of the leg, on free components
+    moment: Vector = STILL  # (3,), dead moment about fixed axes at the end of the leg
+
+
+CLAMPED, PINNED = End(), End(turn=FREE)
+Ends = Mapping[int, End]  # by node
+
+
+@dataclass(frozen=True, eq=False)
+class RodState(BeamState):
+    """Configuration of rods under dead loads."""
+
+    dead: Floats | float = 0.0  # (size,), forces and moments
+
+
+@dataclass(frozen=True, eq=False)
+class Equilibrium:
+    """A state of rods in balance, at a share of a leg."""
+
+    rods: Rods
+    load: float
+    state: RodState
+
+    def curve(self, rod: int = 0) -> Floats:
+        """Return the places (n, 3) of the nodes of a rod."""
+        return self.state.position[self.rods.numbers[rod]]
+
+    @cached_property
+    def response(self) -> Response:
+        """Forces and energies by form."""
+        return self.rods.respond(self.state, False)
+
+    @cached_property
+    def support(self) -> Floats:
+        """Forces and moments (N, 6) that hold or drive nodes, zero where nothing does."""
+        support = self.response.force.copy()
+        support[self.rods.free] = 0.0
+        return support.reshape(-1, 6)
+
+    def stiffness_eigenvalues(self, count: int = 1) -> Floats:
+        """Return the lowest eigenvalues (count,) of the tangent, ascending: below zero the state is unstable.
+
+        They are those of the symmetric part over the mean length of elements, for turns over its third power.
+        """
+        rods, free = self.rods, self.rods.free
+        weight = np.sqrt(rods.length) * rods.scale[free]
+        K = rods.respond(self.state, True).tangent.tocsr()[free][:, free].toarray() / np.outer(weight, weight)
+        values: Floats = eigh(0.5 * (K + K.T), eigvals_only=True, subset_by_index=[0, count - 1])
+        return values
+
+
+class Rods(BeamModel):
+    """Rods of one circular section through curves, in contact with each other and with themselves."""
+
+    def __init__(
+        self,
+        curves: Sequence[Floats],  # one (n, 3) a rod: its nodes as drawn
+        radius: float,
+        section: SectionLaw,  # stiffness, such as `BeamSection.circular`
+        contact: Power | None = None,  # such as `CrossedCylinders.elastic`; None: rods pass each other
+        friction: float = 0.0,  # mu
+        # (E, 3), curvature free of stress, 0 for straight rods; None: as drawn
+        natural: Floats | float | None = None,
+        per_node: int = 2,  # points of contact a node: a radius needs ten for 2 % of the force of a crossing
+    ) -> None:
+        nodes, count = np.concatenate(list(curves)), [len(each) for each in curves]
+        rod = np.repeat(np.arange(len(count)), count)
+        # Nodes of every rod
+        self.numbers: list[Ints] = np.split(np.arange(len(nodes)), np.cumsum(count)[:-1])
+        ends = np.concatenate([np.column_stack([own[:-1], own[1:]]) for own in self.numbers])
+        drawn = np.concatenate([drawn_curvature(each) for each in curves])
+        touch = None
+        if contact is not None:
+            length = [np.linalg.norm(np.diff(each, axis=0), axis=1) for each in curves]
+            s = np.concatenate([np.append(0.0, np.cumsum(each)) for each in length])
+            points = ContactPoints.of(rod, s, per_node)
+            # Rods touch where nodes lie densest: there the law is exact from this approach on.
+            repulsion = Repulsion(contact, 2 * radius, SPACINGS**2 * points.weight.min() ** 2 / (16 * radius))
+            line = LineContact(points.yarn, points.arc_length, points.weight, repulsion, friction)
+            none = np.zeros((0, 2), dtype=np.int64)
+            touch = BeamContact(line, points, np.arange(len(nodes)), 0 * nodes, none, np.zeros((0, 2)))
+        lever = float(np.linalg.norm(nodes[ends[:, 1]] - nodes[ends[:, 0]], axis=1).mean())
+        bend = 0.0 if natural is None else natural - drawn
+        super().__init__(nodes, ends, section, lever, contact=touch, natural=bend)
+        # Of a leg: free unknowns, moves of all, dead loads where it begins and ends, natural curvature at first
+        self.free, self.value, self.released = np.arange(self.size), np.zeros(self.size), 0.0
+        self.dead = np.zeros((2, self.size))
+
+    def start(self) -> RodState:
+        """Return the drawn state; nothing of the curvature free of stress acts yet."""
+        state = super().start()
+        return RodState(state.position, state.rotation, state.contact, released=0.0)
+
+    def begin(self, state: RodState, load: float, change: float) -> RodState:
+        """Return the state with the dead loads and the natural curvature of a share of the leg."""
+        before, after = self.dead
+        released = self.released + load * (1 - self.released)
+        return replace(state, dead=before + load * (after - before), released=released)
+
+    def respond(self, state: BeamState, stiffness: bool) -> Response:
+        """Return force, energy and, if asked, tangent of a state under its dead loads."""
+        response = super().respond(state, stiffness)
+        return replace(response, force=response.force - getattr(state, "dead", 0.0), pulled=True)
+
+    def motion_of_neighbours(self, state: BeamState, step: Floats) -> float:
+        """Return the largest motion of a node: loose rods must not pass each other within one correction."""
+        return float(np.abs(step.reshape(-1, 6)[:, :3]).max())
+
+    def on_leg(self, ends: Ends, start: Equilibrium | None = None) -> Rods:
+        """Return the same rods with what is done to nodes over a leg."""
+        number = np.fromiter(ends, dtype=np.int64)
+        if np.any((number < 0) | (number >= len(self.nodes))):
+            raise ConfigurationError(f"rods have nodes 0 to {len(self.nodes) - 1}, not {number.tolist()}")
+        motion = np.array([[*end.move, *end.turn] for end in ends.values()], dtype=float)
+        unknowns, held, rods = 6 * number[:, None] + np.arange(6), ~np.isnan(motion), copy(self)
+        dead, rods.value = np.zeros((2, self.size))
+        dead[unknowns] = np.where(held, 0.0, [[*end.force, *end.moment] for end in ends.values()])
+        rods.value[unknowns] = np.where(held, motion, 0.0)
+        rods.free = np.setdiff1d(np.arange(self.size), unknowns[held])
+        before = np.zeros(self.size)
+        if start is not None:  # what holds an unknown takes over the dead load on it
+            before[rods.free] = np.broadcast_to(start.state.dead, self.size)[rods.free]
+            rods.released = start.state.released
+        rods.dead = np.stack([before, dead])
+        return rods
+
+    def path(
+        self,
+        ends: Ends,
+        steps: int = 10,
+        start: Equilibrium | None = None,
+        stops: tuple[float, ...] = (),
+        **limits: Any,
+    ) -> Iterator[Equilibrium]:
+        """Yield equilibria along a leg that begins where rods are drawn, or where another leg ended.
+
+        There are `steps`, or more where Newton's method needs shorter ones; `limits` are those of `Settings`. From
+        the end of the first leg on, the natural curvature acts in full. Raises ConvergenceError as `trace` does.
+        """
+        rods, state = self.on_leg(ends, start), self.start() if start is None else start.state
+        if self.contact is not None:
+            limits = {"stride": 0.5 * self.contact.line.repulsion.diameter} | limits
+        first = Increment(0, 0.0, state, rods.respond(state, False), 1.0 / steps)
+        fixed = np.setdiff1d(np.arange(self.size), rods.free)
+        drive = PrescribedDisplacement(fixed, rods.value[fixed], stops=stops)
+        for each in trace(rods, drive, Settings(increments=steps, **limits), LU(), resume=first):
+            yield Equilibrium(rods, each.load, each.state)
+
+    def arc_path(
+        self, ends: Ends, size: float, start: Equilibrium | None = None, tolerance: float = 1e-8
+    ) -> Iterator[Equilibrium]:
+        """Yield equilibria along a leg and beyond, each the length `size` of all moves of nodes after the last.
+
+        Loads may rise and fall (Riks 1979): a step goes along the tangent of the path, its corrections at right
+        angles to it. Steps that fail are halved; raises ConvergenceError if `HALVINGS` of them do not help.
+        """
+        rods = self.on_leg(ends, start)
+        state, load, last = rods.start() if start is None else start.state, 0.0, np.zeros(self.size)
+        while True:
+            steps = (
+                rods._arc_step(state, load, last, 0.5**halving * size, tolerance)
+                for halving in range(HALVINGS)
+            )
+            found = next((step for step in steps if step is not None), None)
+            if found is None:
+                raise ConvergenceError(
+                    f"no step by arc length beyond load factor {load:.6g} converges; take shorter ones"
+                )
+            state, load, last = found
+            yield Equilibrium(rods, load, state)
+
+    def _arc_step(
+        self, state: Any, load: float, last: Floats, size: float, tolerance: float
+    ) -> tuple[Any, float, Floats] | None:
+        """Return the state one step further, its load factor and the motion (size,), or None if iterations fail."""
+        free, along, moved, way = self.free, self.value, np.zeros(self.size), None
+        pull = (self.dead[1] - self.dead[0])[free]
+        for _ in range(ITERATIONS):
+            state = self.begin(state, load, 0.0)
+            response = self.respond(state, True)
+            error = np.max(np.abs(response.force / self.scale)[free]) / response.mean_force
+            if not np.isfinite(error):
+                return None
+            if way is not None and error <= tolerance:
+                return self.commit(state), load, moved
+            K, steps = response.tangent.tocsr()[free], np.zeros((2, self.size))
+            loads = np.column_stack([-response.force[free], pull - K @ along])
+            try:
+                steps[:, free] = spla.splu(K[:, free].tocsc()).solve(loads).T
+            except RuntimeError:  # the tangent is singular
+                return None
+            balance, tangent = steps[0], steps[1] + along
+            if way is None:
+                way = np.where(np.arange(self.size) % 6 < 3, tangent, 0.0)
+                way *= np.copysign(1 / np.linalg.norm(way), way @ last if last.any() else 1.0)
+                change = size / (way @ tangent)
+            else:
+                change = -(way @ balance) / (way @ tangent)
+            step = balance + change * tangent
+            state, load, moved = self.advance(state, step), load + change, moved + step
+        return None
+
+
+def drawn_curvature(curve: Floats) -> Floats:
+    """Return the curvature vectors (n - 1, 3) of the pieces of a curve (n, 3), along the binormal.
+
+    Half the angle between a piece and the next one belongs to either.
+
+    Examples
+    --------
+    >>> turn = np.linspace(0.0, 1.0, 101)
+    >>> drawn_curvature(2 * np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]))[50].round(4).tolist()
+    [0.0, 0.0, 0.5]
+    """
+    chord = np.diff(curve, axis=0)
+    length = np.linalg.norm(chord, axis=1)
+    t = chord / length[:, None]
+    across = np.cross(t[:-1], t[1:])
+    size = np.linalg.norm(across, axis=1, keepdims=True)
+    angle = np.arctan2(size, np.einsum("ni,ni->n", t[:-1], t[1:])[:, None])
+    turned = across * np.divide(angle, size, out=np.ones_like(size), where=size > 0)
+    turned = np.concatenate([turned[:1], turned, turned[-1:]])
+    return 0.5 * (turned[:-1] + turned[1:]) / length[:, None]

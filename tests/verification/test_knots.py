@@ -1,0 +1,89 @@
+"""Rods, and the book of knots, `examples/knots`, on coarse meshes; `make knots` runs it in full."""
+
+import ast
+from importlib import import_module
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.mechanics.beams.beam import BeamSection
+from knitstudy.mechanics.beams.rods import CLAMPED, FREE, PINNED, End, Rods
+
+BOOK = Path(__file__).resolve().parents[2] / "examples" / "knots"
+SECTION = BeamSection(EA=4e6, kGA=1.5e6, EI=1.0, GJ=0.77)
+LINE = np.linspace(0, 1, 17)[:, None] * [1, 0, 0]
+
+# Meshes of the cheap version, and the largest error that its rows may have
+CHEAP = {
+    "elastica": ((16, 32), 0.01),
+    "ring": ((8, 16), 1e-4),
+    "frame": ((10,), 0.01),
+    "writhing": ((48,), 0.03),
+    "hertz": ((0.02,), 0.1),
+    "sliding": ((0.04,), 0.1),
+    "clasp": ((0.35,), 0.08),
+}
+
+
+def test_the_table_has_every_benchmark():
+    """Made by `make knots`; theory is met within 3 %, or the page says why not."""
+    table = pd.read_csv(BOOK.parents[1] / "resources" / "benchmarks.csv")
+    assert table.benchmark.nunique() >= 10
+    close = table.error.abs() <= 0.03
+    assert close.groupby(table.benchmark).any().sum() >= 8
+
+
+@pytest.mark.parametrize("name", CHEAP)
+def test_benchmark(name, monkeypatch):
+    monkeypatch.syspath_prepend(BOOK)
+    meshes, bar = CHEAP[name]
+    rows = import_module(name).main(meshes=meshes)
+    assert rows.error.abs().max() <= bar
+
+
+def test_every_benchmark_is_one_short_documented_function():
+    """`main` of at most 60 lines, through the public interface."""
+    benchmarks = [path for path in BOOK.glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")]
+    assert len(benchmarks) >= len(CHEAP)
+    for path in benchmarks:
+        (main,) = [
+            part
+            for part in ast.parse(path.read_text(encoding="utf-8")).body
+            if getattr(part, "name", "") == "main"
+        ]
+        assert ast.get_docstring(main), path
+        assert main.end_lineno - main.lineno < 60, path
+
+
+def test_a_support_takes_over_a_dead_load():
+    """A dead force pulls a rod; then its end is held where it is, and the support carries the force."""
+    pull = {0: CLAMPED, 16: End(move=FREE, turn=FREE, force=(5.0, 0, 0))}
+    *_, pulled = Rods([LINE], 1e-3, SECTION).path(pull, steps=1)
+    assert not pulled.support[16].any()
+    *_, held = pulled.rods.path({0: CLAMPED, 16: PINNED}, steps=1, start=pulled)
+    np.testing.assert_allclose(held.support[[0, 16], 0], [-5.0, 5.0], rtol=1e-6)
+
+
+def test_a_straight_rod_that_is_drawn_as_an_arc_straightens():
+    """Its length stays, and no energy is left."""
+    turn = np.linspace(0, 1.5, 25)
+    drawn = np.column_stack([np.sin(turn), 1 - np.cos(turn), 0.1 * turn])
+    *_, end = Rods([drawn], 1e-3, SECTION, natural=0.0).path({0: CLAMPED}, steps=4)
+    length = np.linalg.norm(np.diff(drawn, axis=0), axis=1).sum()
+    assert np.linalg.norm(end.curve()[-1] - end.curve()[0]) == pytest.approx(length, rel=1e-4)
+    assert end.response.energy["internal"] < 1e-6
+
+
+def test_nodes_that_do_not_exist_are_refused():
+    with pytest.raises(ConfigurationError, match="rods have nodes 0 to 16, not"):
+        next(Rods([LINE], 1e-3, SECTION).path({0: CLAMPED, 17: CLAMPED}))
+
+
+def test_arc_length_gives_up_where_nothing_balances():
+    """Nothing holds the rod: its tangent is singular."""
+    path = Rods([LINE], 1e-3, SECTION).arc_path({16: End(move=FREE, turn=FREE, force=(0, 1.0, 0))}, 0.1)
+    with pytest.raises(ConvergenceError, match="no step by arc length"):
+        next(path)
