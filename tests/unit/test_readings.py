@@ -176,10 +176,9 @@ def test_claims_are_counted_by_the_day_of_their_rules():
     grades = {"A": "reproduced", "B": "reproduced", "C": "contradicted", "D": "reproduced"}
     verdicts = pd.DataFrame(grades.items(), columns=["id", "verdict"])
     assert counted(verdicts, rules) == (
-        "Of 5 claims of the paper 2 are reproduced: 1 by rules fixed before their numbers, 0 by rules from an older "
-        "base, before the numbers of this one, 1 by rules dated after their numbers. By the rules before they were "
-        "changed 2 are. True by construction, and in none of these numbers: D. Without a verdict as yet (`make "
-        "verdicts`): E."
+        "Of 5 claims of the paper, 2 are reproduced: 1 by rules fixed before their numbers, 0 by rules fixed for an "
+        "older base of the study, 1 by rules dated after their numbers. The older rules reproduce 2. True by "
+        "construction, and not counted: D. No verdict yet (run `make verdicts`): E."
     )
 
 

@@ -226,7 +226,7 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
 COUNTS = "yes"  # In the column of that name; other claims are true by construction
 DATED = {
     "before": "by rules fixed before their numbers",
-    "older base": "by rules from an older base, before the numbers of this one",
+    "older base": "by rules fixed for an older base of the study",
     "after": "by rules dated after their numbers",
 }
 
@@ -240,9 +240,7 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     older = (counts & (rules["older verdict"] == REPRODUCED)).sum()
     constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
     text = (
-        f"Of {len(rules)} claims of the paper {dated.sum()} are reproduced: {parts}. By the rules before they were "
-        f"changed {older} are. True by construction, and in none of these numbers: {', '.join(constructed)}."
+        f"Of {len(rules)} claims of the paper, {dated.sum()} are reproduced: {parts}. The older rules reproduce {older}. "
+        f"True by construction, and not counted: {', '.join(constructed)}."
     )
-    return (
-        f"{text} Without a verdict as yet (`make verdicts`): {', '.join(missing)}." if len(missing) else text
-    )
+    return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text
