@@ -73,7 +73,7 @@ FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
 FULL_FIGURES = ("fig11_sweeps", "fig_readings")
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
-README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper .*$", re.MULTILINE)
+README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper, .*$", re.MULTILINE)
 
 
 def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:

@@ -240,7 +240,7 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     older = (counts & (rules["older verdict"] == REPRODUCED)).sum()
     constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
     text = (
-        f"Of {len(rules)} claims of the paper, {dated.sum()} are reproduced: {parts}. The older rules reproduce {older}. "
-        f"True by construction, and not counted: {', '.join(constructed)}."
+        f"Of {len(rules)} claims of the paper, {dated.sum()} are reproduced: {parts}. The older rules reproduce "
+        f"{older}. True by construction, and not counted: {', '.join(constructed)}."
     )
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text
