@@ -106,7 +106,7 @@ def made(jersey, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sheet")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sheets, "EVEN", 12)
-        return fabric_sheet(jersey, tex=45.0, force=30.0, folder=folder), folder
+        return fabric_sheet(jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
 
 
 def test_a_sheet_has_all_numbers_of_a_fabric(made):
@@ -125,7 +125,11 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
     assert float(table.loc["bending stiffness, course, yarns tied", "value"]) > 0
     for quantity in ("thickness under pressure", "bending stiffness, course", "curling moment at rest, wale"):
         assert list(table.loc[quantity, ["value", "uncertainty"]]) == ["not known", "not known"]
-    assert set(made[0].curves["load"]) == set(sheets.LOADS)
+    assert set(made[0].curves["load"]) == {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5"}
+    at_once = made[0].curves.query("load == 'both ways 1:0.5'")
+    assert at_once["wale strain [1]"].to_numpy() == pytest.approx(
+        0.5 * at_once["course strain [1]"].to_numpy()
+    )
 
 
 def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
@@ -163,7 +167,18 @@ def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatc
     monkeypatch.setattr(sheets, "EVEN", 12)
     monkeypatch.setattr("knitstudy.run.store._made", lambda *arguments: pytest.fail("nothing is made"))
     monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: jersey)
-    asked = ("sheet", "jersey", "--density", "909", "--force", "30", "--output", str(folder))
+    asked = (
+        "sheet",
+        "jersey",
+        "--density",
+        "909",
+        "--force",
+        "30",
+        "--ratio=1",
+        "--ratio=0.5",
+        "--output",
+        str(folder),
+    )
     printed = CliRunner().invoke(main, asked)
     assert printed.exit_code == 0, printed.stderr
     rows = [line.split("\t") for line in printed.stdout.splitlines()]
@@ -206,7 +221,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     rest = next(scene for scene in asked if scene.name.endswith("-sheet-course"))
     assert rest.load.start == "rest_with_friction"
     assert rest.load.turns == pytest.approx((0.11,))
-    assert "The path shear ended early, at a strain of 1 %." in sheet.notes
+    assert f"The path {scene.name}-sheet-shear ended early, at a strain of 1 %." in sheet.notes
     assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
 
 

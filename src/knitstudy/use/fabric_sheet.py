@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 from io import BytesIO
 from math import isnan, nan
 from pathlib import Path
+from re import sub
 from typing import Any
 
 import jinja2
@@ -40,8 +41,8 @@ from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution,
 
 log = logging.getLogger(__name__)
 
-LOADS = ("course", "wale", "biaxial", "shear")
 FORCE = 100.0  # N/m
+BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
 FARTHER = 1.1  # times the force: paths go there, so that both starts reach it
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
 EVEN = 30  # increments of the path that counts; of a cycle half of them go back
@@ -102,15 +103,28 @@ class Sheet:
         """Draw forces per width over strain: cycles in both directions with their loss, both at once, and shear."""
         drawing = figure(2 * SINGLE, 0.85 * SINGLE, layout="constrained")
         panels = drawing.subplots(1, 3)
-        titles = {"one way, free across": STRAINS[:2], "both ways alike": STRAINS[:2], "sheared": STRAINS[2:]}
-        for axes, (title, ways) in zip(panels, titles.items(), strict=True):
-            for way, colour in zip(ways, (INK, YARNS[2]), strict=False):
-                load = "biaxial" if title.startswith("both") else way
-                curve = force_over_strain(self.curves[self.curves["load"] == load], way)
-                loss = loss_of_cycle(curve)
-                label = f"{way}, loss {PERCENT * loss.share:.0f} %" if loss else way
-                axes.plot(PERCENT * curve.index, curve, color=colour, label=label)
-            axes.set(title=title, xlabel="strain (%)")
+        for load, curve in self.curves.groupby("load", sort=False):
+            both = load not in STRAINS
+            ways = STRAINS[:2] if both else (load,)
+            panel, title = (
+                (1, "both ways")
+                if both
+                else (2, "sheared")
+                if load == "shear"
+                else (0, "one way, free across")
+            )
+            for way in ways:
+                forces = force_over_strain(curve, way)
+                loss = loss_of_cycle(forces)
+                label = (
+                    f"{way}, loss {PERCENT * loss.share:.0f} %"
+                    if loss
+                    else f"{way}{load[len(BOTH) :] if both else ''}"
+                )
+                colour = YARNS[2] if way == "wale" else INK
+                panels[panel].plot(PERCENT * forces.index, forces, color=colour, label=label)
+            panels[panel].set(title=title, xlabel="strain (%)")
+        for axes in panels:
             axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
         panels[0].set_ylabel("force per width (N/m)")
         return drawing
@@ -121,6 +135,7 @@ def fabric_sheet(
     *,
     tex: float = nan,
     force: float = FORCE,
+    ratios: Sequence[float] = (1.0,),
     folder: Path | str | None = None,
     config: Path = CONFIG,
     progress: BeginProgress | None = None,
@@ -137,6 +152,8 @@ def fabric_sheet(
         mass.
     force : float
         Force per width up to which it is pulled [N/m].
+    ratios : sequence of float
+        Wale strains over course strains of the paths on which both are prescribed.
     folder, config, progress
         As of `knitstudy.simulate`: histories are kept in the folder and used again.
 
@@ -153,11 +170,13 @@ def fabric_sheet(
         log.warning(question)
     store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
     maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
-    histories = {load: maker.history(load) for load in LOADS}
+    loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
+    loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
+    histories = {load: maker.history(load, keys) for load, keys in loads.items()}
     tied = maker.tied()
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
-    curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in LOADS}
+    curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
     for both in curves.values() if verified else ():
         forces = both[0].filter(regex="force|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
@@ -204,17 +223,17 @@ class _Maker:
     coarse: dict[str, xr.Dataset] = field(default_factory=dict)  # histories that found the strains, by load
     notes: list[str] = field(default_factory=list)
 
-    def history(self, load: str) -> xr.Dataset:
-        """Return the history of a load that counts."""
+    def history(self, load: str, keys: dict[str, Any]) -> xr.Dataset:
+        """Return the history of a load that counts, of its keys."""
         way: dict[str, Any] = {"load.strain": 4.0, "load.stops": COARSE}
         if load == "shear":
             way = {"load.strain": SHEAR, "load.stops": [[0.9 * SHEAR, 0.1 * SHEAR]]}
         find = {"load.largest_force": self.force, "load.start": self.starts[-1], "solver.increments": 1}
-        found = self.coarse[load] = self._run(f"{load}-found", {"load.deformation": load} | way | find)
+        found = self.coarse[load] = self._run(f"{load}-found", keys | way | find)
         along = load if load in STRAINS else "course"
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
         strain = float(found["strain"].max()) if isnan(strain) else strain
-        even = {"load.deformation": load, "load.start": self.starts[0], "solver.increments": EVEN}
+        even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
         even |= {"load.strain": strain, "load.largest_force": None}
         if load in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain}
@@ -231,7 +250,8 @@ class _Maker:
 
     def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
         """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
-        scene = (cell or self.cell).vary({"name": f"{self.cell.name}-sheet-{name}", **keys})
+        name = sub("[^a-z0-9_-]+", "-", f"{self.cell.name}-sheet-{name}")
+        scene = (cell or self.cell).vary({"name": name, **keys})
         steps = self.plan.steps_of(self.plan.labelled(scene))
         if (rest := steps.get("rest")) and not self.store.holds(steps["simulation"]):
             if rest.digest not in self.shapes:
@@ -301,9 +321,10 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
         loss = loss_of_cycle(force_over_strain(curves[way][0], way))
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
         rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
-    both, pull = f"strain both ways at {force:g} N/m in course", PULL("course")
-    row("biaxial", both, "%", PERCENT, STRAIN("course"), pull, force)
-    row("biaxial", "wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
+    pull = PULL("course")
+    for load in (load for load in curves if load not in STRAINS):
+        row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
+        row(load, f"{load}, wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
     stiffness = f"shear stiffness at {SHEARED:g} rad"
     row("shear", stiffness, "N/m", 1 / SHEARED, PULL("shear"), STRAIN("shear"), SHEARED)
     return rows

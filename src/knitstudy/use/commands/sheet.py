@@ -18,6 +18,15 @@ from knitstudy.run.commands.console import SIZE, changed_scene, config_option, s
     "--density", type=SIZE, help="Density of the yarn with the air in it [kg/m3], instead of its tex."
 )
 @click.option("--force", type=SIZE, default=100.0, show_default=True, help="Largest force per width [N/m].")
+@click.option(
+    "--ratio",
+    "ratios",
+    type=click.FloatRange(-5, 5),
+    multiple=True,
+    default=(1.0,),
+    show_default=True,
+    help="Wale strain over course strain of a path that prescribes both; may be repeated.",
+)
 @set_option
 @console.output_option
 @config_option
@@ -26,6 +35,7 @@ def sheet(
     tex: float | None,
     density: float | None,
     force: float,
+    ratios: tuple[float, ...],
     changes: console.Changes,
     output: Path,
     config: Path,
@@ -39,6 +49,7 @@ def sheet(
     \b
     knitstudy sheet jersey.yaml --tex 30
     knitstudy sheet fabric-acrylic-stockinette-course-free --force 50
+    knitstudy sheet jersey.yaml --ratio 0.5 --ratio 1 --ratio 2
     knitstudy sheet my-rib --density 909 --set contact.friction=0.2
     """
     if tex is not None and density is not None:
@@ -57,6 +68,7 @@ def sheet(
             chosen,
             tex=nan if tex is None else tex,
             force=force,
+            ratios=ratios,
             folder=output,
             config=config,
             progress=Progress,
