@@ -75,6 +75,8 @@ def test_a_knit_has_the_force_over_its_width_and_the_work_over_its_area(knit):
     assert table["course force per width [N/mm]"].iloc[-1] == pytest.approx(1e-3 * 10.0 / knit.height)
     assert table["energy [J/m2]"].iloc[-1] == pytest.approx(3.0 / (knit.width * knit.height))
     assert list(table.filter(like="strain")) == ["course strain [1]"]
+    with refusal("two yarns, which have no force per width"):
+        curve_table(synthetic.history(axis=2), fabric_dataset(knit))
 
 
 def test_cells_are_drawn_by_force_per_width_and_lateral_strain():

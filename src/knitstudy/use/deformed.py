@@ -79,9 +79,8 @@ class Deformed:
     values: np.ndarray  # (T, P)
     label: str  # of the values, with their unit
     history: xr.Dataset  # that holds these increments
-    cell: np.ndarray | None = (
-        None  # (2, 3) vectors by which the undeformed fabric repeats itself, of a cell [m]
-    )
+    # (2, 3) vectors by which the undeformed fabric repeats itself, of a cell [m]
+    cell: np.ndarray | None = None
 
     @property
     def strain(self) -> np.ndarray:
@@ -202,9 +201,8 @@ def _lattice(fabric: Fabric, history: xr.Dataset, place: np.ndarray) -> tuple[np
     strain = history["cell_strain"].to_numpy()
     course = place[:, own[-1]] - place[:, own[0]]
     if WIDTH in history.attrs:
-        course = history.attrs[WIDTH] * np.stack(
-            [1 + strain[:, 0], 0.5 * strain[:, 2], 0 * strain[:, 2]], axis=1
-        )
+        stretched = np.stack([1 + strain[:, 0], 0.5 * strain[:, 2], np.zeros(len(place))], axis=1)
+        course = history.attrs[WIDTH] * stretched
     start = history.attrs.get("cell_height", fabric.periods[1, 1])
     wale = start * np.stack([0.5 * strain[:, 2], 1 + strain[:, 1], np.zeros(len(place))], axis=1)
     return course, wale

@@ -12,6 +12,7 @@ from base64 import b64encode
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from io import BytesIO
+from itertools import cycle
 from math import isnan, nan
 from pathlib import Path
 from re import sub
@@ -102,31 +103,22 @@ class Sheet:
     def draw(self) -> Figure:
         """Draw forces per width over strain: cycles in both directions with their loss, both at once, and shear."""
         drawing = figure(2 * SINGLE, 0.85 * SINGLE, layout="constrained")
-        panels = drawing.subplots(1, 3)
+        one, both, sheared = drawing.subplots(1, 3)
+        dashes = cycle(("-", "--", ":", "-."))
         for load, curve in self.curves.groupby("load", sort=False):
-            both = load not in STRAINS
-            ways = STRAINS[:2] if both else (load,)
-            panel, title = (
-                (1, "both ways")
-                if both
-                else (2, "sheared")
-                if load == "shear"
-                else (0, "one way, free across")
-            )
-            for way in ways:
+            alone = load in STRAINS
+            axes, dash = (sheared if load == "shear" else one, "-") if alone else (both, next(dashes))
+            for way in (load,) if alone else STRAINS[:2]:
                 forces = force_over_strain(curve, way)
                 loss = loss_of_cycle(forces)
-                label = (
-                    f"{way}, loss {PERCENT * loss.share:.0f} %"
-                    if loss
-                    else f"{way}{load[len(BOTH) :] if both else ''}"
-                )
+                label = f"{way}, loss {PERCENT * loss.share:.0f} %" if loss else way
+                label += "" if alone else load.removeprefix(BOTH)
                 colour = YARNS[2] if way == "wale" else INK
-                panels[panel].plot(PERCENT * forces.index, forces, color=colour, label=label)
-            panels[panel].set(title=title, xlabel="strain (%)")
-        for axes in panels:
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2))
-        panels[0].set_ylabel("force per width (N/m)")
+                axes.plot(PERCENT * forces.index, forces, dash, color=colour, label=label)
+        for axes, title in ((one, "one way, free across"), (both, "both ways"), (sheared, "sheared")):
+            axes.set(title=title, xlabel="strain (%)")
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24))
+        one.set_ylabel("force per width (N/m)")
         return drawing
 
 

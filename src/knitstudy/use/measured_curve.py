@@ -64,7 +64,7 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
     """Return the curve of a history: strains, forces per width, and the work of the load per area, at every increment.
 
     Of a cell these are all strains of the plane and their forces; of a knit, which needs its `geometry`, the strain
-    along the load and its force.
+    along the load and its force. Raises DataFileError where there is no width: of two yarns that cross.
     """
     names: tuple[str, ...] = STRAINS
     if geometry is None:
@@ -73,6 +73,8 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
         energy = np.append(0.0, np.cumsum(steps))
     else:
         size, axis = fabric_of(geometry).size, int(history.attrs["axis"])
+        if axis == 2:
+            raise DataFileError("is the history of two yarns, which have no force per width")
         strain, force = (history[name].to_numpy()[:, None] for name in ("strain", "force"))
         force, energy = force / size[1 - axis], history["energy"].sel(form="external") / (size[0] * size[1])
         names = STRAINS[axis : axis + 1]

@@ -86,9 +86,8 @@ def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
     drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
     histories = (dataset, *others)
     of_cells = all("force_per_width" in drawn for drawn in histories)
-    panels = drawing.subplots(1 + of_cells, sharex=True, squeeze=False, height_ratios=[2, 1][: 1 + of_cells])[
-        :, 0
-    ]
+    rows = [2, 1] if of_cells else [1]
+    panels = drawing.subplots(len(rows), sharex=True, squeeze=False, height_ratios=rows)[:, 0]
     one: Callable[..., None] = _cell if of_cells else _DRAWN[kind]
     for drawn, colour in zip(histories, (INK, *YARNS), strict=False):
         one(drawn, *panels, **({"colour": colour, "label": _name(drawn)} if others else {}))

@@ -135,7 +135,8 @@ def show(
     if curve is not None:
         cell = "force_per_width" in dataset
         geometry = None if cell else console.undeformed(file, dataset, solids=False)[1]
-        write_table(curve_table(dataset, geometry), curve)
+        with _naming(file):
+            write_table(curve_table(dataset, geometry), curve)
         click.echo(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
