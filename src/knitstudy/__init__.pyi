@@ -25,8 +25,6 @@ from knitstudy.knit.scene.sections import SolidYarn as SolidYarn
 from knitstudy.knit.scene.shared_sections import Friction as Friction
 from knitstudy.run.configuration import load_scene as load_scene
 from knitstudy.run.store import simulate as simulate
-from knitstudy.use.fabric_sheet import fabric_sheet as fabric_sheet
-from knitstudy.use.plot import plot as plot
 
 __version__: str
 

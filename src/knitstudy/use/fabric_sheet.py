@@ -44,7 +44,7 @@ log = logging.getLogger(__name__)
 
 FORCE = 100.0  # N/m
 BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
-FARTHER = 1.1  # times the force: paths go there, so that both starts reach it
+FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
 EVEN = 30  # increments of the path that counts; of a cycle half of them go back
 BACK = 0.02  # of the largest strain, where a cycle ends
@@ -224,7 +224,7 @@ class _Maker:
         found = self.coarse[load] = self._run(f"{load}-found", keys | way | find)
         along = load if load in STRAINS else "course"
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
-        strain = float(found["strain"].max()) if isnan(strain) else strain
+        strain = float(found["strain"].max()) if isnan(strain) else BEYOND * strain
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
         even |= {"load.strain": strain, "load.largest_force": None}
         if load in STRAINS[:2]:
