@@ -124,6 +124,22 @@ def test_a_cell_is_drawn_three_times_in_both_directions(plain_scene, at_rest):
     assert ends.sum() == 2 * AROUND * len(cell.centrelines), "a yarn has two ends"
 
 
+def test_yarns_of_beams_go_on_to_the_image_of_their_first_node(plain_scene):
+    """Histories of beams leave it out; the outline is that of the undeformed cell, in the middle."""
+    cell = endless_cell(initial_loop(plain_scene), 1, 1)
+    history = history_of(cell)
+    stations = [s < cell.centrelines[0].length * (1 - 1e-9) for s in history["arc_length"].to_numpy()]
+    history = history.isel(station=np.flatnonzero(stations))
+    history["cell_strain"] = (("increment", "plane"), [[0, 0, 0], [0.05, 0, 0]])
+    history.attrs |= {"cell_width": cell.width, "cell_height": cell.height}
+    knit = deformed.deformed(fabric_dataset(cell), history, RADIUS)
+    assert np.ptp(knit.points[-1][:, 0]) == pytest.approx(3 * 1.05 * cell.width, abs=2 * RADIUS)
+    corners = deformed._outline(knit)
+    assert np.ptp(corners, axis=0) == pytest.approx([cell.width, cell.height, 0.0])
+    low, high = knit.points[-1].min(axis=0), knit.points[-1].max(axis=0)
+    assert corners[:4].mean(axis=0) == pytest.approx(0.5 * (low + high))
+
+
 @pytest.mark.parametrize(("colour", "message"), REFUSED["colours"])
 def test_a_colour_that_the_history_lacks_is_refused(knit_of_two, colour, message):
     with refusal(message):

@@ -48,6 +48,19 @@ def test_increments_of_a_tied_cell_do_not_matter():
     np.testing.assert_allclose(few, more, rtol=1e-7)
 
 
+@pytest.mark.parametrize("ratio", [0.5, 2.0, -1.0])
+def test_both_strains_at_a_ratio_carry_what_the_membrane_says(ratio):
+    """At small strain the forces are those of the stiffness at rest: A (e, ratio e, 0)."""
+    keys = {"load.deformation": "biaxial", "load.ratio": ratio, "load.lateral": "fixed", "load.strain": 1e-5}
+    scene = load_scene("cell-course").vary(keys | {"solver.increments": 1})
+    history = simulate(scene, lay_out(scene))
+    strain = 1e-5 * np.array([1.0, ratio, 0.0])
+    np.testing.assert_allclose(history["cell_strain"][-1], strain, rtol=1e-12, atol=1e-20)
+    expected = history["membrane_stiffness"].to_numpy() @ strain
+    np.testing.assert_allclose(history["force_per_width"][-1][:2], expected[:2], rtol=2e-3)
+    assert float(history["strain"][-1]) == pytest.approx(1e-5)
+
+
 def test_what_is_free_carries_nothing_and_work_is_stored(pulled):
     force, strain = pulled["force_per_width"].to_numpy()[-1], pulled["cell_strain"].to_numpy()[-1]
     assert strain[0] == pytest.approx(0.05, rel=1e-12)

@@ -111,6 +111,26 @@ def test_your_own_jersey(fresh, tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("page", "scene", "printed"), [("sheet", "jersey", "jersey"), ("cycles", "cycle", "J/m2 at")]
+)
+def test_a_page_of_a_cell(fresh, tmp_path, page, scene, printed):
+    """The scene, the commands, and the lines in Python, as they are printed."""
+    (own,), (command,), (code,) = (
+        blocks(f"docs/how-to/{page}.md", language) for language in ("yaml", "bash", "python")
+    )
+    (tmp_path / f"{scene}.yaml").write_text(own, encoding="utf-8")
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    for line in command.splitlines():
+        run("-m", *shlex.split(line), **here)
+    assert printed in run("-c", code, **here).stdout
+    written = {
+        "sheet": ("runs/sheet/jersey/sheet.html", "my-sheet/numbers.csv"),
+        "cycles": ("cycle.png", "cycle.csv"),
+    }
+    assert all((tmp_path / name).stat().st_size > 1000 for name in written[page])
+
+
+@pytest.mark.parametrize(
     "command", ["check", pytest.param("run", marks=pytest.mark.full)]
 )  # a shape at rest: 30 s
 def test_machine_files(tmp_path, command):

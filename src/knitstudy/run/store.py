@@ -159,7 +159,9 @@ class Store:
         """Refuse a result that is known to end early."""
         if why := self.why_ended(step):
             kept = _early(self._path(step) or Path())
-            raise EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
+            ended = EndedEarly(f"{why} The curve up to there is in {kept}; to compute it again, delete it")
+            ended.history = read_dataset(kept)
+            raise ended
 
     def _run_of(self, step: Step) -> Run | None:
         """Return the run of a long stage, with its restart file and its progress; None of a short one."""

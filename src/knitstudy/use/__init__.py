@@ -10,6 +10,10 @@ WING = Wing(
             "Read the repeat of a file for a knitting machine.",
         ),
         "show": ("knitstudy.use.commands.show:show", "Show, compare or draw result files."),
+        "sheet": (
+            "knitstudy.use.commands.sheet:sheet",
+            "Print all numbers of a fabric, and write them as a page.",
+        ),
         "compare": ("knitstudy.use.commands.curves:compare", "Compare a result with a measured curve."),
         "fit": ("knitstudy.use.commands.curves:fit", "Find modulus and friction from a measured curve."),
         "membrane": ("knitstudy.use.commands.membrane:membrane", "Fit the law of a fabric to its cells."),
@@ -29,5 +33,8 @@ WING = Wing(
         "deck_calculix": "knitstudy.use.decks.inp:write_calculix",
         "shell_section": "knitstudy.use.decks.fabric:write_shell",
     },
-    names={"plot": "knitstudy.use.plot:plot"},
+    names={
+        "plot": "knitstudy.use.plot:plot",
+        "fabric_sheet": "knitstudy.use.fabric_sheet:fabric_sheet",
+    },
 )

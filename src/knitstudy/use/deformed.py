@@ -11,7 +11,7 @@ import base64
 import json
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.response import motion
 from knitstudy.use.solids import (
     BAR,
+    FRONT,
     Picture,
     Surface,
     View,
@@ -46,8 +47,9 @@ from knitstudy.use.vtu import SHIFTED
 if TYPE_CHECKING:
     from meshio import Mesh
 
-VIEW = View.orbit(18.0, 28.0)
+VIEW = FRONT  # lengths in the plane of the fabric are true
 COLOURS = colormaps["viridis"]
+WIDTH = "cell_width"  # attribute of histories of cells of beams
 COPIES = 3  # Copies of a cell in either direction
 BELOW = 0.17  # Room for the scale and the axes below a knit, over its width
 NEAR = 1.5  # Distance along a yarn from a crossing up to which a colour is that of the crossing, in radii
@@ -77,6 +79,8 @@ class Deformed:
     values: np.ndarray  # (T, P)
     label: str  # of the values, with their unit
     history: xr.Dataset  # that holds these increments
+    # (2, 3) vectors by which the undeformed fabric repeats itself, of a cell [m]
+    cell: np.ndarray | None = None
 
     @property
     def strain(self) -> np.ndarray:
@@ -124,21 +128,24 @@ def deformed(
     place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()
     course, wale = _lattice(fabric, history, place)
     copies = COPIES if len(fabric.periods) else 1
+    cell = np.stack([course[0], wale[0]]) if len(fabric.periods) else None
     if colour in FIELDS:
         if solids is None:
             raise ConfigurationError(
                 f"colour is {colour!r} but no solids are given: see knitstudy.use.vtu.solids"
             )
         solid = _surface_of(solids(), history, colour)
-        return _repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies)
+        return replace(_repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies), cell=cell)
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
     points, faces, at, first = [], [], [], 0
     for number in np.unique(yarn):
         own = np.flatnonzero(yarn == number)
-        # A yarn of a cell goes on where it ends.
+        # A yarn of a cell goes on where it ends: at the image of its first station, which histories of beams leave out
+        if WIDTH in history.attrs:
+            own = np.append(own, own[0])
         along = np.append(np.tile(own[:-1], copies), own[-1])
-        copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1)
+        copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1 + (WIDTH in history.attrs))
         lines = place[:, along] + copy[:, None] * course[:, None]
         tubes = [tube(line, radius, "") for line in lines]
         points.append(np.stack([tube.points for tube in tubes]))
@@ -153,7 +160,7 @@ def deformed(
         label,
         history,
     )
-    return _repeated(rows, wale, copies)
+    return replace(_repeated(rows, wale, copies), cell=cell)
 
 
 def _of_stations(fabric: Fabric, history: xr.Dataset, colour: str) -> tuple[np.ndarray, str]:
@@ -184,17 +191,21 @@ def _lattice(fabric: Fabric, history: xr.Dataset, place: np.ndarray) -> tuple[np
     """Return the vectors (T, 3) [m] along courses and wales by which a cell repeats itself; 0 of other specimens.
 
     `place` (T, S, 3) are the stations of the centrelines. The centreline of a yarn begins and ends at images of one
-    point, which gives the vector along the courses. The vector along the wales follows from the strains of the cell
-    and its length where the load path began: of beams an attribute of the history, since their cell may start from its
-    shape at rest.
+    point, which gives the vector along the courses; histories of beams leave out the last image, and have the width.
+    The vector along the wales follows from the strains of the cell and its length where the load path began: of beams
+    an attribute of the history, since their cell may start from its shape at rest.
     """
     if not len(fabric.periods):
         return np.zeros((len(place), 3)), np.zeros((len(place), 3))
     own = np.flatnonzero(history["yarn"].to_numpy() == 0)
     strain = history["cell_strain"].to_numpy()
+    course = place[:, own[-1]] - place[:, own[0]]
+    if WIDTH in history.attrs:
+        stretched = np.stack([1 + strain[:, 0], 0.5 * strain[:, 2], np.zeros(len(place))], axis=1)
+        course = history.attrs[WIDTH] * stretched
     start = history.attrs.get("cell_height", fabric.periods[1, 1])
     wale = start * np.stack([0.5 * strain[:, 2], 1 + strain[:, 1], np.zeros(len(place))], axis=1)
-    return place[:, own[-1]] - place[:, own[0]], wale
+    return course, wale
 
 
 def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
@@ -252,9 +263,17 @@ def draw(knit: Deformed, increment: int = -1, view: View = VIEW) -> Figure:
     picture = Picture(_surfaces(knit, increment), view, bounds(ends, view, below=BELOW * MILLIMETRE * wide))
     drawing, (axes,) = draw_rows([[picture]], SINGLE, head=6.0, foot=BAR)
     axes.set_title(f"{knit.strain[increment]:.1%} strain")
+    if knit.cell is not None:
+        axes.plot(*(MILLIMETRE * view.project(_outline(knit))).T, "--", color=YARNS[0], linewidth=1.2)
     scale_bar(axes, _round_length(0.25 * float(np.ptp(axes.get_xlim()))), view)
     colour_bar(drawing, knit.scale, knit.label, 0.15, 0.7)
     return drawing
+
+
+def _outline(knit: Deformed) -> np.ndarray:
+    """Return the corners (5, 3) [m] of the undeformed cell in the middle of its copies."""
+    middle = 0.5 * (knit.points[-1].min(axis=0) + knit.points[-1].max(axis=0))
+    return middle + np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]) @ (0.5 * np.array(knit.cell))
 
 
 def _round_length(most: float) -> float:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -21,7 +22,7 @@ import yaml
 from scipy.interpolate import PchipInterpolator
 
 from knitstudy.errors import DataFileError
-from knitstudy.files import write_text
+from knitstudy.files import STRAINS, write_text
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import find
@@ -43,22 +44,73 @@ log = logging.getLogger(__name__)
 LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 TURNS = 0.02  # Share of the largest strain by which it falls where a branch ends; less is noise
 PRELOAD = 0.005  # Share of the largest force from which a force at no strain is a preload
+STRAIN, PULL = "{} strain [1]".format, "{} force per width [N/m]".format  # columns of `curve_table`
 BRANCHES = ("loading", "unloading")
 
 
 def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
     """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
-    axis, strain = int(history.attrs["axis"]), history["strain"].to_numpy()
-    if "force_per_width" in history:
-        curve = pd.Series(history["force_per_width"].to_numpy()[:, axis], strain)
-    else:
-        curve = pd.Series(history["force"].to_numpy() / fabric_of(geometry).size[1 - axis], strain)
+    table = curve_table(history, None if "force_per_width" in history else geometry)
+    curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
     loading = branches(curve)[0]
     if len(loading) < len(curve):
         log.warning(
             "the history turns back at a strain of %.3g: its first loading is taken", loading.index[-1]
         )
     return loading
+
+
+def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.DataFrame:
+    """Return the curve of a history: strains, forces per width, and the work of the load per area, at every increment.
+
+    Of a cell these are all strains of the plane and their forces; of a knit, which needs its `geometry`, the strain
+    along the load and its force. Raises DataFileError where there is no width: of two yarns that cross.
+    """
+    names: tuple[str, ...] = STRAINS
+    if geometry is None:
+        strain, force = history["cell_strain"].to_numpy(), history["force_per_width"].to_numpy()
+        steps = (0.5 * (force[1:] + force[:-1]) * np.diff(strain, axis=0)).sum(axis=1)
+        energy = np.append(0.0, np.cumsum(steps))
+    else:
+        size, axis = fabric_of(geometry).size, int(history.attrs["axis"])
+        if axis == 2:
+            raise DataFileError("is the history of two yarns, which have no force per width")
+        strain, force = (history[name].to_numpy()[:, None] for name in ("strain", "force"))
+        force, energy = force / size[1 - axis], history["energy"].sel(form="external") / (size[0] * size[1])
+        names = STRAINS[axis : axis + 1]
+    columns = {STRAIN(name): strain[:, k] for k, name in enumerate(names)}
+    columns |= {PULL(name): force[:, k] for k, name in enumerate(names)}
+    columns |= {f"{name} force per width [N/mm]": 1e-3 * force[:, k] for k, name in enumerate(names)}
+    return pd.DataFrame(columns | {"energy [J/m2]": np.asarray(energy)})
+
+
+def force_over_strain(table: pd.DataFrame, way: str) -> pd.Series:
+    """Return the forces per width of a `curve_table` over strains, in course or wale direction or in shear."""
+    return table.set_index(STRAIN(way))[PULL(way)]
+
+
+@dataclass(frozen=True)
+class Loss:
+    """What a cycle loses."""
+
+    work: float  # of loading, per area [J/m2]
+    share: float  # of that work which does not come back
+    peak: float  # largest force per width [N/m]
+
+
+def loss_of_cycle(curve: pd.Series, cycle: int = 1) -> Loss | None:
+    """Return the loss of a cycle of a curve; None where it does not come back to half of its strain.
+
+    Examples
+    --------
+    >>> loss_of_cycle(pd.Series([0.0, 2, 4, 1, 0], index=[0.0, 0.25, 0.5, 0.25, 0.0]))
+    Loss(work=1.0, share=0.25, peak=4.0)
+    """
+    up, *down = branches(curve)[2 * (cycle - 1) : 2 * cycle]
+    if not down or down[0].index[-1] >= 0.5 * up.index[-1]:
+        return None
+    work, back = (abs(float(np.trapezoid(part, part.index))) for part in (up, down[0]))
+    return Loss(work, 1 - back / work, float(up.max()))
 
 
 def branches(curve: pd.Series) -> list[pd.Series]:
@@ -165,12 +217,9 @@ def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
         raise DataFileError(
             f"{path}: has {len(every)} branches of loading and unloading: no {branch} of cycle {cycle}"
         )
-    up, *down = every[2 * (cycle - 1) : 2 * cycle]
-    if down and down[0].index[-1] < 0.5 * up.index[-1]:
-        work, back = (abs(float(np.trapezoid(part, part.index))) for part in (up, down[0]))
-        log.warning(
-            "%s: cycle %d loses %.0f %% of %.3g J/m2 (hysteresis)", path, cycle, 100 * (1 - back / work), work
-        )
+    if loss := loss_of_cycle(curve, cycle):
+        lost = f"loses {100 * loss.share:.0f} % of {loss.work:.3g} J/m2 (hysteresis)"
+        log.warning("%s: cycle %d %s", path, cycle, lost)
     chosen = every[number]
     return chosen.iloc[: chosen.index.argmax() + 1] if branch == "loading" else chosen
 

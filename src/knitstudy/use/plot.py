@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -14,12 +14,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from knitstudy.errors import DataFileError
+from knitstudy.files import STRAINS
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.use import deformed
+from knitstudy.use.measured_curve import STRAIN, curve_table, force_over_strain, loss_of_cycle
 from knitstudy.use.style import (
     FAINT,
     INK,
@@ -82,18 +84,37 @@ def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
             f"results of the kind {kind!r} cannot be drawn in one picture; draw one after the other"
         )
     drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
-    axes = drawing.subplots()
-    for drawn, colour in zip((dataset, *others), (INK, *YARNS), strict=False):
-        _DRAWN[kind](drawn, axes, **({"colour": colour, "label": _name(drawn)} if others else {}))
-    if others:
+    histories = (dataset, *others)
+    of_cells = all("force_per_width" in drawn for drawn in histories)
+    rows = [2, 1] if of_cells else [1]
+    panels = drawing.subplots(len(rows), sharex=True, squeeze=False, height_ratios=rows)[:, 0]
+    one: Callable[..., None] = _cell if of_cells else _DRAWN[kind]
+    for drawn, colour in zip(histories, (INK, *YARNS), strict=False):
+        one(drawn, *panels, **({"colour": colour, "label": _name(drawn)} if others else {}))
+    axes = panels[0]
+    if axes.get_legend_handles_labels()[1]:
         axes.legend()
-    else:
+    if not others:
         axes.set_title(_name(dataset), loc="left", wrap=True)
     return drawing
 
 
 def _name(dataset: xr.Dataset) -> str:
     return f"{dataset.attrs.get('scene', '')}{' (incomplete)' if 'incomplete' in dataset.attrs else ''}"
+
+
+def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
+    """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss."""
+    axis = int(history.attrs["axis"])
+    way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
+    table = curve_table(history)
+    curve = force_over_strain(table, way)
+    if loss := loss_of_cycle(curve):
+        label = f"{label} loss {PERCENT * loss.share:.0f} %".strip()
+    axes.plot(PERCENT * curve.index, curve, "o-", color=colour, label=label)
+    lateral.plot(PERCENT * curve.index, PERCENT * table[STRAIN(across)], color=colour)
+    axes.set_ylabel("force per width (N/m)")
+    lateral.set(xlabel="strain (%)", ylabel="lateral strain (%)")
 
 
 def _history(dataset: xr.Dataset, axes: Axes, colour: str = INK, label: str = "") -> None:

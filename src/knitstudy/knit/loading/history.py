@@ -91,7 +91,8 @@ def cell_path(
     corners = (*(way[:-1] / way[-1]).tolist(), 1.0)
     stops = tuple(abs(stop) / way[-1] for stop in load.stops)
     axis = int(np.argmax(chosen))
-    motion = Motion(turns[:, None] * chosen * lengths, corners, stops, axis, float(lengths[axis]))
+    strains = turns[:, None] * chosen * [1.0, load.ratio, 1.0]
+    motion = Motion(strains * lengths, corners, stops, axis, float(lengths[axis]))
     chosen |= load.lateral == "fixed"
     fixed = np.array([*held, *np.arange(size - 3, size)[chosen]])
     value = np.concatenate([np.zeros((len(turns), len(held))), motion.displacement[:, chosen]], axis=1)

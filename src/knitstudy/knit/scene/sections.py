@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 from math import ceil
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -337,7 +337,7 @@ class KnitTension(Tension):
 
 
 class DrawnCellStrain(Tension):
-    """A cell is deformed to an engineering `strain`: in course or wale direction, in both alike, or sheared.
+    """A cell is deformed to an engineering `strain`: in course or wale direction, in both at a `ratio`, or sheared.
 
     `lateral`: the other strains in the plane are held at 0, or free, so that no force goes with them. The load goes
     through the strains `turns`, in this order, and then to `strain`.
@@ -369,6 +369,18 @@ class DrawnCellStrain(Tension):
 
     deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
     """Strains in the plane that define a shell's stiffness. Checked: all four."""
+    ratio: float = physics(
+        "choice", meaning="wale strain over course strain of a biaxial deformation", default=1.0, ge=-5, le=5
+    )
+    """Tests on crossed grips prescribe both strains. Checked: 0.5, 1 and 2."""
+
+    @model_validator(mode="after")
+    def _has_a_ratio_where_both_are_strained(self) -> Self:
+        if self.ratio != 1 and self.deformation != "biaxial":
+            raise ValueError(
+                f"ratio is {self.ratio:g} but must be 1 where load.deformation is {self.deformation}"
+            )
+        return self
 
 
 class CellStrain(DrawnCellStrain):

@@ -119,7 +119,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         _check_folder(config if what is None else Path(what))
     else:
         scene = changed_scene(what, changes, config)
-        loop = _checked_loop(scene) if "pattern" in scene.sections else None
+        tex = dict(changes).get("yarn.tex", nan)
+        loop = _checked_loop(scene, tex) if "pattern" in scene.sections else None
         _print_keys(scene, sources, dict(changes))
         for line in (*filter(None, [loop]), *questions(scene)):
             click.echo(line)
@@ -132,20 +133,23 @@ def _check_folder(folder: Path) -> None:
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
 
 
-def _checked_loop(scene: Scene) -> str:
-    """Lay out the loop of a scene, divide its knit, and describe both in words."""
+def _checked_loop(scene: Scene, tex: float) -> str:
+    """Lay out the loop of a scene, divide its knit, and describe both in words, of a yarn of a tex if it is known."""
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.knit.geometry.fabric_file import fabric_of
     from knitstudy.knit.geometry.lay_out import lay_out
     from knitstudy.knit.simulate import require_resolution
+    from knitstudy.measures.construction import drawn
 
     geometry = lay_out(scene)
+    numbers = (f"{number.name} {number.value:.3g} {number.unit}" for number in drawn(geometry, tex))
+    fabric = f"fabric as drawn: {', '.join(numbers)}\n"
     if "state" not in geometry.dims:
-        return "loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
+        return f"{fabric}loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
     text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
-    return f"loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
+    return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
 def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:

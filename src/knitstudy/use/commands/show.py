@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import read_dataset, read_table
+from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
@@ -28,6 +28,8 @@ from knitstudy.run.configuration import default_keys
 
 if TYPE_CHECKING:
     import xarray as xr
+
+    from knitstudy.measures.summary import Quantity
 
 # Stages that write files for other programs, by what `--dialect` calls them
 DIALECTS = {"abaqus": "deck_abaqus", "calculix": "deck_calculix", "paraview": "series"}
@@ -57,6 +59,11 @@ def _naming(file: Path) -> Iterator[None]:
     help="Draw as well (.png, .pdf): forces over strain, of both files, or centrelines.",
 )
 @click.option(
+    "--curve",
+    type=console.FILE,
+    help="Write strains, forces per width and energy of a history as well (.csv).",
+)
+@click.option(
     "--picture",
     "pictures",
     type=console.FILE,
@@ -76,6 +83,7 @@ def show(
     other: Path | None,
     keys: bool,
     plot: Path | None,
+    curve: Path | None,
     pictures: tuple[Path, ...],
     colour: str,
     config: Path,
@@ -90,6 +98,7 @@ def show(
     knitstudy show runs/simulation/dns-tie-course.nc --keys
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
     knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/cell-course.nc --curve curve.csv
     knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
     knitstudy show runs/simulation/cell-course.nc --picture knit.webp --picture knit.html
     knitstudy show results/tables/simulation_tie.csv
@@ -104,6 +113,7 @@ def show(
         if path.suffix != ".nc":
             raise DataFileError(f"{path}: results are .nc and .csv files")
     from knitstudy.measures.summary import kind_of, summarise
+    from knitstudy.use.measured_curve import curve_table
     from knitstudy.use.plot import draw
     from knitstudy.use.style import save
 
@@ -114,7 +124,7 @@ def show(
         _print_keys(dataset, file, config)
     else:
         with _naming(file):
-            quantities = summarise(dataset)
+            quantities = [*summarise(dataset), *_construction(dataset, file)]
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
         both = [dataset, *([read_dataset(other)] if other is not None else [])]
@@ -122,8 +132,25 @@ def show(
             kind, drawing = kind_of(dataset), draw(*both)
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
+    if curve is not None:
+        cell = "force_per_width" in dataset
+        geometry = None if cell else console.undeformed(file, dataset, solids=False)[1]
+        with _naming(file):
+            write_table(curve_table(dataset, geometry), curve)
+        click.echo(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
+
+
+def _construction(dataset: xr.Dataset, file: Path) -> list[Quantity]:
+    """Return the construction of a geometry as drawn, or of a cell of beams where its load begins."""
+    from knitstudy.measures.construction import at_rest, drawn
+
+    if "cell_width" not in dataset.attrs or "force" not in dataset:
+        return drawn(dataset)
+    scene = console.recorded(str(file), {})[0]
+    pattern = scene.value("pattern")
+    return at_rest(dataset, pattern.loops, pattern.rows, scene.yarn.radius)
 
 
 def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tuple[Path, ...]) -> None:
@@ -138,10 +165,12 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     for path in pictures:
         if path.suffix not in deformed.WRITERS:
             raise DataFileError(f"{path}: must end with {listed([*deformed.WRITERS])}")
+    click.echo("laying out the undeformed knit ...", err=True)
     scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
     at_full_load = partial(solids, scene, geometry, mesh, history)
     knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
     for path in pictures:
+        click.echo(f"drawing {path} ...", err=True)
         deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
         click.echo(f"drawn: {path}", err=True)
 

@@ -1,0 +1,336 @@
+"""The sheet of a fabric: its construction, its shape at rest, and how it stretches, shears and bends, on one page.
+
+All numbers are those of one cell of beams in contact. A coarse path without friction at rest finds the strain at which
+the fabric carries a force per width; the path that counts goes there from rest with friction, in even increments, and
+back where it is a cycle. The difference of both is an uncertainty: friction holds a fabric anywhere between them.
+"""
+
+from __future__ import annotations
+
+import logging
+from base64 import b64encode
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from io import BytesIO
+from itertools import cycle
+from math import isnan, nan
+from pathlib import Path
+from re import sub
+from typing import Any
+
+import jinja2
+import numpy as np
+import pandas as pd
+import xarray as xr
+from matplotlib.figure import Figure
+
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, KnitstudyError
+from knitstudy.files import STRAINS, code_version, write_table, write_text
+from knitstudy.knit.loading.run import silent
+from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.scene.documents import CONFIG
+from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.knit.scene.specimens import Looped
+from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
+from knitstudy.measures.construction import at_rest
+from knitstudy.run.plan import Plan
+from knitstudy.run.store import OF_STUDY, BeginProgress, Store
+from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
+from knitstudy.use.fabric_law import membrane
+from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution, styled
+
+log = logging.getLogger(__name__)
+
+FORCE = 100.0  # N/m
+BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
+FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
+COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
+EVEN = 30  # increments of the path that counts; of a cycle half of them go back
+BACK = 0.02  # of the largest strain, where a cycle ends
+SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
+STARTS = ("rest_with_friction", "rest")
+VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
+
+NOT_KNOWN, UNBUILT = "not known", "not built yet for yarns that touch"
+NEEDS_TEX = ("tightness factor", "mass per area")
+GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
+BANDS = "Uncertainties are at least the difference to a start without friction at rest."
+DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
+KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
+UNKNOWN = f"The error of the model comes on top; it is known of knits and purls with gates.point up to {VERIFIED:g}."
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """What is known of a fabric; `knitstudy.fabric_sheet` makes it."""
+
+    scene: Scene
+    numbers: pd.DataFrame  # texts: quantity, value, uncertainty, unit, remark
+    curves: pd.DataFrame  # strains, forces per width and energy of every load, one after the other
+    notes: tuple[str, ...]
+    histories: dict[str, xr.Dataset]  # by load
+    tied: xr.Dataset | None  # history of the tied cell, for bending
+
+    def _repr_html_(self) -> str:
+        """Notebooks show the table of numbers."""
+        return self.numbers.to_html(index=False)
+
+    def write(self, folder: Path | str) -> list[Path]:
+        """Write page, tables and decks into a folder, and return their paths; a law that cannot be fitted is a note."""
+        folder, notes, files = Path(folder), [*self.notes], ["numbers.csv", "curves.csv"]
+        for name, table in zip(files, (self.numbers, self.curves), strict=True):
+            write_table(table, folder / name)
+        try:
+            law = membrane(self.histories)
+            for dialect in LAWS:
+                files.append(f"membrane.{dialect}.inp")
+                write_membrane(law, folder / files[-1], dialect, self.scene.name)
+        except DataFileError as error:
+            notes.append(f"There is no deck of a membrane: {error}.")
+        if self.tied is not None:
+            files.append("shell.abaqus.inp")
+            write_shell(self.scene, folder / files[-1], self.tied)
+        picture = BytesIO()
+        self.draw().savefig(picture, format="png", dpi=resolution())
+        template = Path(__file__).with_name("sheet.html").read_text(encoding="utf-8")
+        page = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(template)
+        shown = {"picture": b64encode(picture.getvalue()).decode(), "files": files, "version": code_version()}
+        write_text(page.render(vars(self) | {"notes": notes} | shown), folder / "sheet.html")
+        return [folder / name for name in ("sheet.html", *files)]
+
+    @styled
+    def draw(self) -> Figure:
+        """Draw forces per width over strain: cycles in both directions with their loss, both at once, and shear."""
+        drawing = figure(2 * SINGLE, 0.85 * SINGLE, layout="constrained")
+        one, both, sheared = drawing.subplots(1, 3)
+        dashes = cycle(("-", "--", ":", "-."))
+        for load, curve in self.curves.groupby("load", sort=False):
+            alone = load in STRAINS
+            axes, dash = (sheared if load == "shear" else one, "-") if alone else (both, next(dashes))
+            for way in (load,) if alone else STRAINS[:2]:
+                forces = force_over_strain(curve, way)
+                loss = loss_of_cycle(forces)
+                label = f"{way}, loss {PERCENT * loss.share:.0f} %" if loss else way
+                label += "" if alone else load.removeprefix(BOTH)
+                colour = YARNS[2] if way == "wale" else INK
+                axes.plot(PERCENT * forces.index, forces, dash, color=colour, label=label)
+        for axes, title in ((one, "one way, free across"), (both, "both ways"), (sheared, "sheared")):
+            axes.set(title=title, xlabel="strain (%)")
+            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24))
+        one.set_ylabel("force per width (N/m)")
+        return drawing
+
+
+def fabric_sheet(
+    scene: Scene,
+    *,
+    tex: float = nan,
+    force: float = FORCE,
+    ratios: Sequence[float] = (1.0,),
+    folder: Path | str | None = None,
+    config: Path = CONFIG,
+    progress: BeginProgress | None = None,
+) -> Sheet:
+    """Return the sheet of the fabric of a scene: one to two minutes where nothing is kept.
+
+    Parameters
+    ----------
+    scene : Scene
+        A knit or a cell of any model; its fabric is simulated as a cell of beams that slide with friction. It starts
+        from rest unless its drawn loops are free of stress (`load.start: drawn`).
+    tex : float
+        Linear density of the yarn [g/km] (`knitstudy.measures.construction.tex_of` a density); without it there is no
+        mass.
+    force : float
+        Force per width up to which it is pulled [N/m].
+    ratios : sequence of float
+        Wale strains over course strains of the paths on which both are prescribed.
+    folder, config, progress
+        As of `knitstudy.simulate`: histories are kept in the folder and used again.
+
+    Raises
+    ------
+    ConfigurationError
+        When the scene has no loops, or keys that a cell of beams does not have.
+    ConvergenceError
+        When the fabric does not find its shape at rest.
+    """
+    cell = cell_of(scene)
+    starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
+    for question in questions(cell):
+        log.warning(question)
+    store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
+    maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
+    loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
+    loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
+    histories = {load: maker.history(load, keys) for load, keys in loads.items()}
+    tied = maker.tied()
+    other = maker.coarse if len(starts) > 1 else {}
+    verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
+    curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
+    for both in curves.values() if verified else ():
+        forces = both[0].filter(regex="force|energy")
+        both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
+    rows = [
+        *_construction_rows(cell, [of["course"] for of in (histories, other) if of], tex),
+        *_load_rows(curves, force),
+        *_bending_rows(tied),
+    ]
+    return Sheet(
+        scene=scene,
+        numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
+        curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
+        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, *maker.notes),
+        histories=histories,
+        tied=tied,
+    )
+
+
+def cell_of(scene: Scene) -> CellOfBeams:
+    """Return the cell of beams of the fabric of a scene; ConfigurationError when that has no loops, or other keys."""
+    if not isinstance(scene, Looped):
+        wanted = f"specimen is {scene.specimen} but must be made of loops"
+        raise ConfigurationError(f"scene {scene.name!r}: {wanted}")
+    changes: dict[str, Any] = {"load.turns": [], "load.stops": [], "load.lateral": "free"}
+    if not isinstance(scene, CellOfBeams):
+        loops, rows = size_of_repeat(scene.pattern.stitches)
+        changes |= {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic", "outputs": []}
+        changes |= {"knit": f"{scene.knit}-cell", "pattern.loops": loops, "pattern.rows": rows}
+    made = scene.vary(changes)
+    assert isinstance(made, CellOfBeams)
+    return made
+
+
+@dataclass(eq=False)
+class _Maker:
+    """Simulates the paths of a cell, and notes where they end early."""
+
+    cell: CellOfBeams
+    starts: tuple[str, ...]  # the one that counts, and the other one
+    force: float  # per width, up to which all are pulled [N/m]
+    plan: Plan
+    store: Store
+    shapes: dict[str, xr.Dataset] = field(default_factory=dict)  # at rest, by digest: paths share them
+    coarse: dict[str, xr.Dataset] = field(default_factory=dict)  # histories that found the strains, by load
+    notes: list[str] = field(default_factory=list)
+
+    def history(self, load: str, keys: dict[str, Any]) -> xr.Dataset:
+        """Return the history of a load that counts, of its keys."""
+        way: dict[str, Any] = {"load.strain": 4.0, "load.stops": COARSE}
+        if load == "shear":
+            way = {"load.strain": SHEAR, "load.stops": [[0.9 * SHEAR, 0.1 * SHEAR]]}
+        find = {"load.largest_force": self.force, "load.start": self.starts[-1], "solver.increments": 1}
+        found = self.coarse[load] = self._run(f"{load}-found", keys | way | find)
+        along = load if load in STRAINS else "course"
+        strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
+        strain = float(found["strain"].max()) if isnan(strain) else BEYOND * strain
+        even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
+        even |= {"load.strain": strain, "load.largest_force": None}
+        if load in STRAINS[:2]:
+            even |= {"load.turns": [strain], "load.strain": BACK * strain}
+        return self._run(load, even)
+
+    def tied(self) -> xr.Dataset | None:
+        """Return the history of the tied cell at its drawn loops; None, with a note, where it has none."""
+        keys = {"fidelity": "spline_yarns", "interaction": "tie", "load.strain": 1e-3, "solver.increments": 1}
+        try:  # other models know no shape at rest
+            return self._run("tied", keys, self.cell.vary({"load.start": "drawn"}))
+        except KnitstudyError as error:
+            self.notes.append(f"Bending of tied yarns is not known: {error}.")
+            return None
+
+    def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
+        """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
+        name = sub("[^a-z0-9_-]+", "-", f"{self.cell.name}-sheet-{name}")
+        scene = (cell or self.cell).vary({"name": name, **keys})
+        steps = self.plan.steps_of(self.plan.labelled(scene))
+        if (rest := steps.get("rest")) and not self.store.holds(steps["simulation"]):
+            if rest.digest not in self.shapes:
+                self.shapes[rest.digest] = self.store.get(rest)
+            self.store.made[rest.path] = self.shapes[rest.digest]
+        try:
+            history: xr.Dataset = self.store.get(steps["simulation"])
+        except ConvergenceError as error:
+            if error.history is None:
+                raise
+            history = error.history
+            last = PERCENT * float(history["strain"][-1])
+            self.notes.append(f"The path {name} ended early, at a strain of {last:.3g} %.")
+        return history
+
+
+def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
+    """Return a column of a curve where another one first reaches a value; nan where it never does.
+
+    Examples
+    --------
+    >>> when(pd.DataFrame({"strain": [0.0, 0.25, 0.5], "force": [0.0, 2.0, 6.0]}), "strain", "force", 4.0)
+    0.375
+    """
+    beyond = np.flatnonzero(curve[of] >= value)
+    if not len(beyond) or beyond[0] == 0:
+        return nan
+    pair = curve.iloc[beyond[0] - 1 : beyond[0] + 1]
+    return float(np.interp(value, pair[of], pair[column]))
+
+
+def _row(quantity: str, values: Iterable[float], unit: str, remark: str = "") -> list[str]:
+    """Return a row of the table of a value and others, whose largest difference is its uncertainty."""
+    value, *others = values
+    apart = float(np.max([abs(other - value) for other in others] or [nan]))
+    texts = [NOT_KNOWN if isnan(x) else f"{x:.{digits}g}" for x, digits in ((value, 4), (apart, 2))]
+    return [quantity, *texts, unit, remark]
+
+
+def _construction_rows(cell: CellOfBeams, histories: Iterable[xr.Dataset], tex: float) -> list[list[str]]:
+    """Return the construction at rest, of one start and the other."""
+    size = cell.pattern.loops, cell.pattern.rows, cell.yarn.radius
+    starts = [{number.name: number for number in at_rest(history, *size, tex)} for history in histories]
+    rows = []
+    for name, number in starts[0].items():
+        values = [float(start[name].value) for start in starts]
+        rows.append(_row(name, values[:1] if name in GIVEN else values, number.unit))
+    rows += [
+        _row(name, [nan], "", "needs the tex of the yarn") for name in NEEDS_TEX if name not in starts[0]
+    ]
+    return [*rows, _row("thickness under pressure", [nan], "mm", UNBUILT)]
+
+
+def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> list[list[str]]:
+    """Return what columns of curves are where others reach a value, and the losses of cycles."""
+
+    def row(load: str, quantity: str, unit: str, scale: float, column: str, of: str, value: float) -> None:
+        rows.append(_row(quantity, [scale * when(curve, column, of, value) for curve in curves[load]], unit))
+
+    rows: list[list[str]] = []
+    for way, across in (STRAINS[:2], STRAINS[1::-1]):
+        pull = PULL(way)
+        for part in (0.1 * force, 0.5 * force, force):
+            row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
+        row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
+        row(way, f"{way} energy to {force:g} N/m", "J/m2", 1.0, "energy [J/m2]", pull, force)
+        loss = loss_of_cycle(force_over_strain(curves[way][0], way))
+        what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
+        rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
+    pull = PULL("course")
+    for load in (load for load in curves if load not in STRAINS):
+        row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
+        row(load, f"{load}, wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
+    stiffness = f"shear stiffness at {SHEARED:g} rad"
+    row("shear", stiffness, "N/m", 1 / SHEARED, PULL("shear"), STRAIN("shear"), SHEARED)
+    return rows
+
+
+def _bending_rows(tied: xr.Dataset | None) -> list[list[str]]:
+    """Return bending and curling: of touching yarns not known, of tied ones at their drawn loops."""
+    rows = [_row(f"bending stiffness, {way}", [nan], "N m", UNBUILT) for way in STRAINS[:2]]
+    rows += [_row(f"curling moment at rest, {way}", [nan], "N", UNBUILT) for way in STRAINS[:2]]
+    if tied is not None:
+        matrix, drawn, front = section_matrix(tied), "drawn loops", "tension in front where positive"
+        for k, way in enumerate(STRAINS[:2]):
+            rows.append(_row(f"bending stiffness, {way}, yarns tied", [matrix[3 + k, 3 + k]], "N m", drawn))
+            rows.append(
+                _row(f"moment at 1 % strain, {way}, yarns tied", [0.01 * matrix[k, 3 + k]], "N", front)
+            )
+    return rows

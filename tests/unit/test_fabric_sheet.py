@@ -1,0 +1,239 @@
+"""The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import synthetic
+import xarray as xr
+from click.testing import CliRunner
+from refusals import refusal
+
+from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, fabric_sheet, load_scene
+from knitstudy.errors import ConvergenceError
+from knitstudy.files import read_dataset, read_table
+from knitstudy.knit.geometry.fabric_file import fabric_dataset
+from knitstudy.run.commands.main import main
+from knitstudy.run.store import Store
+from knitstudy.use import fabric_sheet as sheets
+from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.plot import draw
+
+pytestmark = pytest.mark.wings
+
+
+def cell(strain, force, start="rest", axis=0):
+    """History of a cell that is pulled along an axis; half of the strain goes across."""
+    planes = np.zeros((2, len(strain), 3))
+    planes[0, :, axis], planes[0, :, (axis + 1) % 2], planes[1, :, axis] = (
+        strain,
+        -0.5 * np.array(strain),
+        force,
+    )
+    names = ("increment", "plane")
+    more = {"cell_strain": (names, planes[0]), "force_per_width": (names, planes[1])}
+    return synthetic.history(strain=strain, force=force, axis=axis).assign(more)
+
+
+THERE_AND_BACK = cell([0.0, 0.1, 0.2, 0.1, 0.0], [0.0, 10.0, 20.0, 5.0, 0.0])
+
+
+def test_a_number_is_a_column_where_another_first_reaches_a_value():
+    curve = curve_table(THERE_AND_BACK)
+    at = (sheets.PULL("course"), 15.0)
+    assert sheets.when(curve, sheets.STRAIN("course"), *at) == pytest.approx(0.15)
+    assert sheets.when(curve, sheets.STRAIN("wale"), *at) == pytest.approx(-0.075)
+    assert sheets.when(curve, "energy [J/m2]", sheets.PULL("course"), 20.0) == pytest.approx(2.0)
+    assert np.isnan(sheets.when(curve, sheets.STRAIN("course"), sheets.PULL("course"), 21.0))
+
+
+@pytest.mark.parametrize(
+    ("values", "texts"),
+    [
+        ([12.3456], ["12.35", "not known"]),
+        ([12.3456, 12.0, 13.0], ["12.35", "0.65"]),
+        ([np.nan], ["not known", "not known"]),
+        ([12.0, 12.5, np.nan], ["12", "not known"]),
+    ],
+)
+def test_every_number_has_an_uncertainty_or_says_that_it_is_not_known(values, texts):
+    assert sheets._row("length", values, "m") == ["length", *texts, "m", ""]
+
+
+def test_the_loss_of_a_cycle_is_the_area_of_its_loop():
+    curve = force_over_strain(curve_table(THERE_AND_BACK), "course")
+    loss = loss_of_cycle(curve)
+    up, down = np.trapezoid([0, 10, 20], [0, 0.1, 0.2]), np.trapezoid([0, 5, 20], [0, 0.1, 0.2])
+    assert loss.work == pytest.approx(up)
+    assert loss.share == pytest.approx(1 - down / up)
+    assert loss.peak == 20.0
+    assert loss_of_cycle(curve.iloc[:3]) is None
+
+
+def test_a_knit_has_the_force_over_its_width_and_the_work_over_its_area(knit):
+    energy = xr.DataArray([[0.0], [1.0], [3.0]], dims=("increment", "form"), coords={"form": ["external"]})
+    table = curve_table(synthetic.history(axis=0).assign(energy=energy), fabric_dataset(knit))
+    assert table["course force per width [N/mm]"].iloc[-1] == pytest.approx(1e-3 * 10.0 / knit.height)
+    assert table["energy [J/m2]"].iloc[-1] == pytest.approx(3.0 / (knit.width * knit.height))
+    assert list(table.filter(like="strain")) == ["course strain [1]"]
+    with refusal("two yarns, which have no force per width"):
+        curve_table(synthetic.history(axis=2), fabric_dataset(knit))
+
+
+def test_cells_are_drawn_by_force_per_width_and_lateral_strain():
+    energy = xr.DataArray(np.zeros((5, 6)), dims=("increment", "form"), coords={"form": FORMS})
+    (force, lateral) = draw(THERE_AND_BACK.assign(energy=energy)).axes
+    assert force.get_ylabel() == "force per width (N/m)"
+    assert lateral.get_lines()[0].get_ydata() == pytest.approx([0, -5, -10, -5, 0])
+    (text,) = force.get_legend().get_texts()
+    assert text.get_text() == "loss 25 %"
+    assert len(text.get_text().split()) < 5
+
+
+FORMS = ["external", "internal", "hourglass", "penalty", "friction", "stabilisation"]
+
+
+@pytest.fixture(scope="module")
+def jersey():
+    """A cell of few beams."""
+    return CellOfBeams(
+        pattern=Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
+        yarn=SetYarn(diameter=0.25e-3, youngs_modulus=200e6),
+        load=CellStrain(deformation="course", strain=0.1, lateral="free"),
+        contact=Friction(friction=0.3),
+    ).vary({"name": "jersey", "knit": "jersey", "mesh.beam_size": 0.8, "gates.polygon": 0.3})
+
+
+@pytest.fixture(scope="module")
+def made(jersey, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("sheet")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sheets, "EVEN", 12)
+        return fabric_sheet(jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
+
+
+def test_a_sheet_has_all_numbers_of_a_fabric(made):
+    table = made[0].numbers.set_index("quantity")
+    assert float(table.loc["stitch density", "value"]) == pytest.approx(1e-4 / (0.9e-3 * 1.1e-3), rel=1e-3)
+    known = (
+        "course strain at 30 N/m",
+        "wale strain at 3 N/m",
+        "course energy to 30 N/m",
+        "shear stiffness at 0.01 rad",
+    )
+    for quantity in known:
+        value, uncertainty = table.loc[quantity, ["value", "uncertainty"]].astype(float)
+        assert 0 < uncertainty < 0.3 * value, quantity
+    assert 0 < float(table.loc["course loss of a cycle", "value"]) < 100
+    assert float(table.loc["bending stiffness, course, yarns tied", "value"]) > 0
+    for quantity in ("thickness under pressure", "bending stiffness, course", "curling moment at rest, wale"):
+        assert list(table.loc[quantity, ["value", "uncertainty"]]) == ["not known", "not known"]
+    assert set(made[0].curves["load"]) == {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5"}
+    at_once = made[0].curves.query("load == 'both ways 1:0.5'")
+    assert at_once["wale strain [1]"].to_numpy() == pytest.approx(
+        0.5 * at_once["course strain [1]"].to_numpy()
+    )
+
+
+def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
+    page, *files = made[0].write(tmp_path)
+    text = page.read_text()
+    assert "<td>stitch density</td>" in text
+    assert all(file.stat().st_size > 100 and file.name in text for file in files)
+    assert {file.name for file in files} >= {
+        "numbers.csv",
+        "curves.csv",
+        "membrane.calculix.inp",
+        "shell.abaqus.inp",
+    }
+    pd.testing.assert_frame_equal(read_table(tmp_path / "curves.csv"), made[0].curves.reset_index(drop=True))
+
+
+def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
+    """Of a sheet's own cycle in course direction: numbers to paste, and a picture with the outline of the cell."""
+    file, curve = made[1] / "simulation" / "jersey-sheet-course.nc", tmp_path / "curve.csv"
+    shown = CliRunner().invoke(main, ["show", str(file), "--curve", str(curve)])
+    assert shown.exit_code == 0, shown.stderr
+    assert "stitch density\t101.01\t1/cm2" in shown.stdout
+    table = read_table(curve)
+    newtons, others = (table[f"course force per width [{unit}]"].to_numpy() for unit in ("N/m", "N/mm"))
+    assert 1e3 * others == pytest.approx(newtons)
+    assert len(table) == read_dataset(file).sizes["increment"]
+    page = tmp_path / "knit.html"
+    drawn = CliRunner().invoke(main, ["show", str(file), "--picture", str(page)])
+    assert drawn.stderr.splitlines()[-2:] == [f"drawing {page} ...", f"drawn: {page}"]
+
+
+def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatch):
+    """The second sheet simulates nothing."""
+    _, folder = made
+    monkeypatch.setattr(sheets, "EVEN", 12)
+    monkeypatch.setattr("knitstudy.run.store._made", lambda *arguments: pytest.fail("nothing is made"))
+    monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: jersey)
+    asked = (
+        "sheet",
+        "jersey",
+        "--density",
+        "909",
+        "--force",
+        "30",
+        "--ratio=1",
+        "--ratio=0.5",
+        "--output",
+        str(folder),
+    )
+    printed = CliRunner().invoke(main, asked)
+    assert printed.exit_code == 0, printed.stderr
+    rows = [line.split("\t") for line in printed.stdout.splitlines()]
+    assert rows[0] == ["quantity", "value", "uncertainty", "unit", "remark"]
+    assert "mass per area" in [row[0] for row in rows]
+    assert (folder / "sheet" / "jersey" / "sheet.html").is_file()
+    assert CliRunner().invoke(main, [*asked, "--tex", "30"]).exit_code == 2
+
+
+def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
+    """Their difference is the uncertainty; a path that ends early counts as far as it goes, and is a note."""
+    scene, asked = load_scene("fabric-acrylic-stockinette-course-free"), []
+
+    def history(self, step):
+        asked.append(step.scene)
+        if step.stage.name != "simulation":
+            return xr.Dataset()
+        load = step.scene.load
+        axis = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}[load.deformation]
+        stiff = 1000.0 if load.start == "rest" else 1100.0
+        strain = np.array([0.0, 0.005, 0.01, 0.05, 0.1, 0.12])
+        size = {"cell_width": 3e-3, "cell_height": 2e-3}
+        made = cell(strain, stiff * strain, axis=axis).assign_attrs(size)
+        if load.deformation == "shear" and load.start != "rest":
+            error = ConvergenceError("snaps")
+            error.history = made.isel(increment=slice(3))
+            raise error
+        return made
+
+    monkeypatch.setattr(Store, "get", history)
+    sheet = fabric_sheet(scene)
+    table = sheet.numbers.set_index("quantity")
+    assert table.loc["course strain at 100 N/m", ["value", "uncertainty"]].tolist() == ["9.091", "0.91"]
+    assert table.loc["tightness factor"].tolist() == [
+        "not known",
+        "not known",
+        "",
+        "needs the tex of the yarn",
+    ]
+    rest = next(scene for scene in asked if scene.name.endswith("-sheet-course"))
+    assert rest.load.start == "rest_with_friction"
+    assert rest.load.turns == pytest.approx((1.03 * 0.11,))
+    assert f"The path {scene.name}-sheet-shear ended early, at a strain of 1 %." in sheet.notes
+    assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
+
+
+def test_a_knit_of_solids_is_a_cell_of_beams_and_a_pair_has_no_sheet():
+    made = sheets.cell_of(load_scene("yarns-tie-course"))
+    assert (made.fidelity, made.interaction, made.pattern.loops, made.load.lateral) == (
+        "beam",
+        "isotropic",
+        1,
+        "free",
+    )
+    with refusal("specimen is pair but must be made of loops"):
+        sheets.cell_of(load_scene("pair-slid-90"))
