@@ -119,7 +119,7 @@ def test_page_holds_every_figure_and_table_in_order_and_nothing_from_elsewhere(p
 def test_page_opens_with_the_question_a_picture_and_sentences(page):
     head = page[: page.index("<main>")]
     assert "What is asked?" in head
-    assert "<p>Of 2 claims of the paper " in head, "how many are reproduced, by which rules"
+    assert "<p>Of 2 claims of the paper, " in head, "how many are reproduced, by which rules"
     assert head.count("<img ") == 1
     assert "<p>b is 1.23.</p>" in head, "sentences without a number are left out"
 
