@@ -2,12 +2,12 @@
 
 ``python benchmarks/widen.py`` runs cells of the acrylic yarn, four of every stitch and direction, in some 40 s each:
 
-- the free cell, and that with 0.9 and 1.1 of the yarn in a stitch, with loops that are drawn for as much smaller or larger
-  spacings: relative changes of the strain at `FORCES`;
+- the free cell, and that with 0.9 and 1.1 of the yarn in a stitch, with loops that are drawn for as much smaller or
+  larger spacings: relative changes of the strain at `FORCES`;
 - the free cell at the upper end of the interval of the yarn's friction, pulled to 0.3 N/mm, let go to a strain of -10 %
   and pulled again: strains at which no force is left, on both ways. Friction holds the fabric anywhere between.
 
-`paper.tables.fabrics` adds them to the other parts. Cotton takes the values of the acrylic.
+`paper.tables.fabrics` adds them to the other parts. Cotton takes the values of the acrylic, seed those of rib.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from knitstudy.mechanics.arrays import Floats
 from knitstudy.paper.tables.fabrics import FORCES, Pulled
 
 KEPT = RESOURCES / "unknowns.csv"
-STITCHES = ("garter", "rib", "seed")
+STITCHES = ("garter", "rib")
 YARN, SHARE = "acrylic", 0.1  # of the yarn in a stitch, more and less
 COMPRESSED = 0.1
 SIZES = ("pattern.loop_length", "pattern.wale_spacing", "pattern.course_spacing")
