@@ -167,4 +167,37 @@ def test_predictions_have_the_scatter_of_stockinette_and_the_change_by_a_loose_r
     )  # twice as far
 
 
-PREDICTED = ["yarn", "stitch", "direction", "force_per_width_N_mm", "strain", "lower", "upper"]
+PREDICTED = ["yarn", "stitch", "direction", "force_per_width_N_mm", "strain", "lower", "upper", "status"]
+
+
+def test_what_is_not_known_of_a_fabric_widens_its_interval_but_not_that_of_stockinette():
+    strain = np.linspace(0.2, 0.8, len(fabrics.FORCES))
+    assert not fabrics.changes_by_unknowns("stockinette", "wale", strain).any()
+    table = pd.read_csv(fabrics.UNKNOWNS).query("stitch == 'rib' and direction == 'wale'")
+    actual = fabrics.changes_by_unknowns("rib", "wale", strain)
+    less = strain * table["less_yarn"].to_numpy()
+    longer = (1 + strain) / (
+        1 + table["rest_highest"].to_numpy()
+    ) - 1  # counted from the longest shape at rest
+    assert actual[0] == pytest.approx(np.hypot(less, longer - strain), rel=1e-12)
+    assert (actual[1] > 0).all()
+
+
+KEPT = pd.read_csv(RESOURCES / "predictions.csv")
+
+
+def inside(stitch, direction):
+    """Return whether measured strains of both yarns lie in the kept intervals."""
+    rows = KEPT[(KEPT["stitch"] == stitch) & (KEPT["direction"] == direction)]
+    known = pd.read_csv(RESOURCES / "measured" / f"{stitch}.csv")
+    both = rows.merge(known, on=["yarn", "direction", "force_per_width_N_mm"], suffixes=("", "_measured"))
+    return both["strain_measured"].between(both["lower"], both["upper"])
+
+
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_a_direction_of_rib_is_claimed_where_four_fifths_of_the_measured_strains_lie_inside(direction):
+    claimed = ("rib", direction) not in fabrics.WITHDRAWN
+    assert (inside("rib", direction).mean() >= 0.8) == claimed
+    assert set(KEPT.query("stitch == 'rib' and direction == @direction")["status"]) == {
+        "claimed" if claimed else "withdrawn"
+    }

@@ -35,7 +35,7 @@ FORCES = (0.02, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)  # N/mm
 JUDGED = slice(1, 6)  # of them: 0.05 to 0.25 N/mm
 KNOTS, ELEMENTS = 30, 8
 CELLS = several("simulation", "fabric-*", fewest=5)
-LENGTH = {"cotton": 0.1}  # of strains, relative: of 3 % of its yarn in a stitch (docs/notes/fabrics.md)
+UNKNOWNS = RESOURCES / "unknowns.csv"  # `benchmarks/widen.py`; of garter and of rib, whose values seed takes
 SMALL = 2e-3  # strain across below which forces give no stiffness
 
 
@@ -177,6 +177,8 @@ def measured_strain(yarn: str, direction: str) -> Floats:
 
 
 FITTED = "stockinette"  # the only stitch whose curves have a say in values of yarns
+WITHDRAWN = (("rib", "wale"), ("seed", "course"), ("seed", "wale"))
+"""Stitches and directions whose intervals do not hold, by the rule of docs/notes/fabrics.md."""
 
 
 def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
@@ -185,7 +187,7 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
     Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
     added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
     that force; half or twice the length of the strip; the change by a rest without friction, less the same change of
-    stockinette; `LENGTH`. A yarn without stockinette is left out.
+    stockinette; `changes_by_unknowns`. A yarn without stockinette is left out.
     """
     strips = {}
     for yarn, stitch in dict.fromkeys(tuple(name.split("-")[1:3]) for name in cells):
@@ -205,16 +207,16 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
         scatter = 2 * np.sqrt(np.nanmean(off[:, JUDGED] ** 2))
         scatter = np.fmax(scatter, np.fmax.reduce(np.abs(off)))
         loose = np.nan_to_num(strip.loose - strips[yarn, FITTED, direction].loose)
-        share = np.sqrt(scatter**2 + LENGTH.get(yarn, 0.0) ** 2 + loose**2)
-        half = np.hypot(strip.clamps, share * strip.strain)
+        half = np.hypot(strip.clamps, np.hypot(scatter, loose) * strip.strain)
+        low, high = np.hypot(half, changes_by_unknowns(stitch, direction, strip.strain))
         rows = {
             "yarn": yarn,
             "stitch": stitch,
             "direction": direction,
             "force_per_width_N_mm": FORCES,
             "strain": strip.strain,
-            "lower": np.maximum(strip.strain - half, 0.0),
-            "upper": strip.strain + half,
+            "lower": np.maximum(strip.strain - low, 0.0),
+            "upper": strip.strain + high,
         }
         parts.append(pd.DataFrame(rows))
     if not parts:
@@ -222,6 +224,25 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
             "no yarn has cells of stockinette, free and held, in both directions, and sheared"
         )
     return pd.concat(parts, ignore_index=True)
+
+
+def changes_by_unknowns(stitch: str, direction: str, strain: Floats) -> Floats:
+    """Return how much strains (n,) at `FORCES` fall and rise (2, n) with what is not known of a fabric but stockinette.
+
+    That is 10 % of the yarn in a stitch, and from where in its band of shapes at rest the fabric is pulled. Changes of
+    the yarn beyond the last strain of its cell are those at that strain.
+    """
+    if stitch == FITTED:  # to which the yarn's values are fitted, with its loop length and its rest
+        return np.zeros((2, len(strain)))
+    table = pd.read_csv(UNKNOWNS)
+    known = "rib" if stitch == "seed" else stitch
+    table = table[(table["stitch"] == known) & (table["direction"] == direction)].ffill()
+    by_length = strain * table[["less_yarn", "more_yarn"]].to_numpy().T
+    ends = 1 + table[["rest_highest", "rest_lowest"]].to_numpy().T
+    by_rest = (1 + strain) / ends - (1 + strain)
+    parts = np.array([by_length, by_rest])
+    fall, rise = np.minimum(parts.min(axis=1), 0.0), np.maximum(parts.max(axis=1), 0.0)
+    return np.sqrt(np.sum(np.square([fall, rise]), axis=1))
 
 
 @TABLES.add(
@@ -252,6 +273,12 @@ def tabulate_stockinette(cells: Datasets) -> pd.DataFrame:
     order=7.1,
 )
 def tabulate_predictions(cells: Datasets) -> pd.DataFrame:
-    """Return a row for every yarn, stitch but stockinette, direction and force (`predicted`)."""
+    """Return a row for every yarn, stitch but stockinette, direction and force (`predicted`, `with_status`)."""
     table = predicted(cells)
-    return table[table["stitch"] != FITTED]
+    return with_status(table[table["stitch"] != FITTED])
+
+
+def with_status(table: pd.DataFrame) -> pd.DataFrame:
+    """Return predictions with the column `status`: claimed, or withdrawn (`WITHDRAWN`)."""
+    withdrawn = [key in WITHDRAWN for key in zip(table["stitch"], table["direction"], strict=True)]
+    return table.assign(status=np.where(withdrawn, "withdrawn", "claimed"))
