@@ -268,6 +268,7 @@ KEEPERS = {
 TARGETS = {
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
+    "swatches": ("swatches.csv", 40),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
     "reference": ("reference/reference.csv", 90),
