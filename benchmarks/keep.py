@@ -268,9 +268,9 @@ KEEPERS = {
 TARGETS = {
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
-    "swatches": ("swatches.csv", 40),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
+    "swatches": ("swatches.csv", 30),
     "reference": ("reference/reference.csv", 90),
     "trade": ("trade.csv", 140),
     "verdicts": ("verdicts.csv", 480),
