@@ -62,6 +62,10 @@ predictions: environment  ## run the study of measured fabrics and keep its pred
 	@$(BIN)/python -m knitstudy study fabrics -- $(OPTIONS)
 	@$(BIN)/python benchmarks/keep.py predictions
 
+.PHONY: swatches
+swatches: environment  ## predict the sizes of 28 swatches from one yarn; resources/swatches.csv
+	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/swatches.py
+
 .PHONY: test
 test: environment  ## pass all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)

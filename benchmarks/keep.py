@@ -281,6 +281,7 @@ TARGETS = {
     "predictions": ("predictions.csv", 15),
     "verify": ("verification.csv", 25),
     "extremes": ("extremes.csv", 15),
+    "swatches": ("swatches.csv", 30),
     "reference": ("reference/reference.csv", 90),
     "trade": ("trade.csv", 140),
     "verdicts": ("verdicts.csv", 480),

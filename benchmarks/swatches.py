@@ -13,6 +13,7 @@ import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +34,7 @@ from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.models.beam.cell import relax
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.configuration import load_scene
+from knitstudy.run.stages import physics_digest
 
 MEASURED, KEPT = RESOURCES / "measured" / "knitdb.csv", RESOURCES / "swatches.csv"
 SHAPES = Path("results/swatches.csv")
@@ -192,35 +194,28 @@ def read_measured() -> pd.DataFrame:
 
 def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
     """Return the shapes at rest of all repeats, the smallest first; those in `SHAPES` are found already."""
-    more = more_yarn(measured.dropna())
+    more, physics = more_yarn(measured.dropna()), physics_digest()
     found = read_table(SHAPES).to_dict("records") if SHAPES.is_file() else []
-    there = {(row["repeat"], row["rule"]) for row in found}
-    repeats = sorted(set(measured["repeat"]), key=lambda rows: len(rows) * len(rows[0]))
-    for start, rule in STARTS.items():
-        for repeat in repeats:
-            text, size = " ".join(repeat), len(repeat) * len(repeat[0])
-            if (text, str(rule)) in there or (start != "rule" and size > MOST):
-                continue
-            begun = time.perf_counter()
-            try:
-                rest, fault = rest_of(repeat, rule, more), ""
-            except ConvergenceError as error:
-                rest, fault = dict.fromkeys(SIZES, np.nan), str(error)
-            seconds = round(time.perf_counter() - begun, 1)
-            found.append(
-                {
-                    "repeat": text,
-                    "start": start,
-                    "rule": str(rule),
-                    **rest,
-                    "seconds": seconds,
-                    "fault": fault,
-                }
-            )
-            print(f"{text}, {start}: {rest} in {seconds} s {fault}", flush=True)
-            write_table(pd.DataFrame(found), SHAPES)
-    shapes = pd.DataFrame(found)
-    return shapes[shapes["rule"].isin(list(map(str, STARTS.values())))]
+    found = [
+        row for row in found if (row["rule"], row["physics"]) == (str(STARTS.get(row["start"])), physics)
+    ]
+    there = {(row["repeat"], row["start"]) for row in found}
+    repeats = sorted(set(measured["repeat"]), key=lambda rows: (len(rows) * len(rows[0]), rows))
+    for start, repeat in product(STARTS, repeats):
+        text, size = " ".join(repeat), len(repeat) * len(repeat[0])
+        if (text, start) in there or (start != "rule" and size > MOST):
+            continue
+        begun = time.perf_counter()
+        try:
+            rest, fault = rest_of(repeat, STARTS[start], more), ""
+        except ConvergenceError as error:
+            rest, fault = dict.fromkeys(SIZES, np.nan), str(error)
+        seconds = round(time.perf_counter() - begun, 1)
+        made_by = {"start": start, "rule": str(STARTS[start]), "physics": physics}
+        found.append({"repeat": text, **made_by, **rest, "seconds": seconds, "fault": fault})
+        print(f"{text}, {start}: {rest} in {seconds} s {fault}", flush=True)
+        write_table(pd.DataFrame(found), SHAPES)
+    return pd.DataFrame(found)
 
 
 def predict(measured: pd.DataFrame, shapes: pd.DataFrame) -> pd.DataFrame:

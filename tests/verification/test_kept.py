@@ -11,6 +11,7 @@ import loops
 import mechanisms
 import pandas as pd
 import pytest
+import swatches
 from keep import TARGETS
 
 from knitstudy.files import STAMP
@@ -66,6 +67,14 @@ def extreme():
             yield table.loc[trial.name, "force [N]"], float(abs(history["force"]).max())
 
 
+def stockinette_swatch():
+    """Width of the swatch of one loop."""
+    table = pd.read_csv(swatches.KEPT).set_index("swatch")
+    more = swatches.more_yarn(swatches.read_measured().dropna())
+    rest = swatches.rest_of(swatches.STOCKINETTE, swatches.RULE, more)
+    yield table.loc["2_1", "width [mm]"], round(swatches.PATTERN * 1e3 * rest["width"], 1)
+
+
 def trade():
     """Force of coarse yarns in the first tied cell of the sample."""
     table, trade = pd.read_csv(TRADE_KEPT), load_trade()
@@ -95,6 +104,7 @@ def networks():
 CHECKS = {
     "loops": loop_map,
     "mechanisms": networks,
+    "swatches": stockinette_swatch,
     "trade": trade,
     "extremes": extreme,
     "reference": reference,
