@@ -21,12 +21,12 @@ from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, write_dataset, write_text
 from knitstudy.knit.loading.run import Run
 from knitstudy.mechanics.batches import serial_blas
+from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
 
 ROOT = Path(__file__).parents[2]
 KNOWN = ROOT / "resources" / "known_ends.csv"
-SIMULATION = STAGES["simulation"]
 OF_OTHERS = ("contacts", "stress")  # Stages that a simulation takes results of with another scene
 SHARED = ("geometry", "rest", *OF_OTHERS)  # Stages whose results several scenes need
 BUDGET, DEAREST = 8.0, 4.0  # Expected processor time of all and of each of the scenes without --full [s]
@@ -121,7 +121,7 @@ def price(scene):
         seconds += REST * scene.pattern.loops * scene.pattern.rows
     for each in simulated(scene):
         parts = 1 if digest_of(each) in whole else each.solver.increments
-        seconds += SIMULATION.seconds(each) / parts
+        seconds += expected_cost(each).seconds / parts
     return seconds
 
 
@@ -153,7 +153,7 @@ def starts(full, tmp_path_factory):
 
 def test_scene_starts(name, starts, request):
     scene, (reasons, most) = plan().scenes[name], known()
-    if (takes := max(map(SIMULATION.memory, simulated(scene)))) > most:
+    if (takes := max(expected_cost(each).memory for each in simulated(scene))) > most:
         pytest.skip(f"{name} is expected to take {takes} MB")
     why = starts.why_it_ends(scene)
     repeat = f"repeat with: python -m pytest --full '{request.node.nodeid}'"

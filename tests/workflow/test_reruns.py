@@ -90,11 +90,11 @@ def test_copies_run_nothing_whatever_their_times_and_else_as_the_study_does(chec
     (folder / "results" / "geometry" / "pair90.nc").touch()
     assert clone.jobs() == set()
     clone.rewrite("config/defaults.yaml", *STIFFER)
-    (folder / "results" / "tables" / "springs.csv").unlink()
+    (folder / "results" / "tables" / "interactions.csv").unlink()
     damaged = folder / "results" / "mesh" / "pair-slid-coarse.nc"
     damaged.write_bytes(damaged.read_bytes()[:2000])
     jobs = clone.jobs()
-    assert {"Mesh pair-slid-coarse", "Build the table springs"} <= jobs
+    assert {"Mesh pair-slid-coarse", "Build the table interactions"} <= jobs
     # The simulation is made again if the damaged mesh comes out as another one.
     simulated = {job for job in data(jobs) if job.startswith("Simulate")} - {"Simulate pair-slid-coarse"}
     assert simulated == {"Simulate beam-isotropic-course-coarse"}
