@@ -1,4 +1,8 @@
-"""What the benchmarks of the book share: rows of the table, the bar, and a picture."""
+"""What the benchmarks of the book share: rows of the table, the bar, and a picture.
+
+A benchmark is a file with `main(meshes, picture)`. It solves its problem on all `meshes`, the finest last, draws into
+the file that `picture` names (None: no file), and returns its rows of the table, a `pandas.DataFrame`.
+"""
 
 import time
 from pathlib import Path

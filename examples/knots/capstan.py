@@ -71,17 +71,7 @@ def slid(rods, way, tension):
 def main(meshes=(0.25, 0.125), picture=None):
     """Compare the ratio of tensions over half a turn with closed forms.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Lengths of elements over the radius of rods that are alike, the finest last; around the ring four times that.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are lengths of elements over the radius of rods that are alike; around the ring four times that.
     """
     page, ratio = Page("capstan", picture), "T2/T1 over 180 degrees"
     angle = np.linspace(-0.3, np.pi + 0.3, 81)

@@ -24,17 +24,7 @@ def arc(bend, size, along, side):
 def main(meshes=(0.35, 0.25), picture=None):
     """Compare the force of the ends with that of solids.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Lengths of elements over the radius, the finest last; there are four points of contact an element.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are lengths of elements over the radius; there are four points of contact an element.
     """
     page = Page("clasp", picture)
     for bend, known in SOLIDS.items():

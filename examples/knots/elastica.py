@@ -23,17 +23,7 @@ def elastica(shortening):
 def main(meshes=(32, 64), picture=None):
     """Compare Euler's load and the load after 15 to 40 % of shortening with the elastica.
 
-    Parameters
-    ----------
-    meshes : tuple of int
-        Numbers of elements, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are numbers of elements.
     """
     page, ways, euler, load = Page("column between clamps", picture), (0.15, 0.2, 0.3, 0.4), [], []
     for count in meshes:

@@ -12,17 +12,7 @@ LENGTH, MODULUS, AREA, INERTIA = 120.0, 720.0, 6.0, 2.0  # published limit loads
 def main(meshes=(10, 20), picture=None):
     """Compare both limit loads along the arc with those of Lee, Manuel and Rossow (1968).
 
-    Parameters
-    ----------
-    meshes : tuple of int
-        Numbers of elements of a leg, multiples of five, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are numbers of elements of a leg, multiples of five.
     """
     page, highest = Page("Lee's frame", picture), []
     section = BeamSection(MODULUS * AREA, MODULUS / 2.6 * AREA, MODULUS * INERTIA, MODULUS * INERTIA, 0.25)

@@ -65,17 +65,7 @@ def upper_force(rods, each):
 def main(meshes=(0.02, 0.0125), picture=None):
     """Compare forces at four angles with Hertz, and slip and loss of a cycle of oblique shear with Mindlin.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Distances between points over the radius, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are distances between points over the radius.
     """
     page = Page("Hertz and Mindlin", picture)
     for angle in (90, 60, 45, 30):

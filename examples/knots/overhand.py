@@ -15,19 +15,8 @@ def theory(e, friction):
 def main(meshes=(0.35, 0.25), picture=None, radii=(30.0, 100.0, 300.0)):
     """Compare the force with the leading terms of the theory, at radii of the loop that tend to infinity.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Lengths of elements over sqrt(h R), the finest last: a bracket at the smallest radius, the finest elsewhere.
-    picture : str or None
-        Name of the picture; None: none is written.
-    radii : tuple of float
-        Radii of the loop as drawn, over that of the rod.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are lengths of elements over sqrt(h R): a bracket at the smallest radius, the finest elsewhere.
+    `radii` are radii of the loop as drawn, over that of the rod.
     """
     page, found = Page("overhand knot", picture), []
     for radius in radii:

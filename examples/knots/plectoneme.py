@@ -31,17 +31,7 @@ def main(meshes=(2.0, 1.5), picture=None):
     A rod of unit radius is twisted by 14 rad, its ends come nearer, and it is twisted on: a loop leaves the axis, snaps
     into a plectoneme, and that grows.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Lengths of elements over the radius, the finest last; points of contact are a quarter of the radius apart.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are lengths of elements over the radius; points of contact are a quarter of the radius apart.
     """
     page, found = Page("plectoneme", picture), []
     for size in meshes:

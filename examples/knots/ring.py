@@ -10,17 +10,7 @@ from knitstudy.mechanics.beams.rods import CLAMPED, FREE, End, Rods
 def main(meshes=(16, 32), picture=None):
     """Compare the curvature, and the moment that opens the ring, with 2 pi / L.
 
-    Parameters
-    ----------
-    meshes : tuple of int
-        Numbers of elements, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are numbers of elements.
     """
     page, bend, closed, moment = Page("cut ring", picture), 2 * np.pi, [], []
     for count in meshes:

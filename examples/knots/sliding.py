@@ -10,17 +10,7 @@ SIDE, STEPS = 0.2, 40  # of the square; increments along a side
 def main(meshes=(0.04, 0.025), picture=None):
     """Compare friction on the way, the work of a cycle and what becomes of it with Coulomb's law.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Distances between points over the radius, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are distances between points over the radius.
     """
     page, limit, turn = Page("sliding cycle", picture), MU * hertz(90)[0], 0.5
     along, across = np.array([np.cos(turn), np.sin(turn), 0]), np.array([-np.sin(turn), np.cos(turn), 0])

@@ -31,19 +31,8 @@ def theory(shortening, turns, friction):
 def main(meshes=(0.25,), picture=None, knots=((1, 100.0),)):
     """Compare the force of knots that tighten with the theory at the same shortening.
 
-    Parameters
-    ----------
-    meshes : tuple of float
-        Lengths of elements over sqrt(h R), the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-    knots : tuple of tuple
-        Turns, and radius of the loop as drawn over that of the rod.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are lengths of elements over sqrt(h R). `knots` are turns, and radius of the loop as drawn over
+    that of the rod.
     """
     page = Page("knots of n turns", picture)
     for turns, radius in knots:

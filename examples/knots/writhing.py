@@ -38,17 +38,7 @@ def critical_moment(tension):
 def main(meshes=(48, 96), picture=None):
     """Compare the moment at which the lowest eigenvalue of the tangent vanishes with the linear theory.
 
-    Parameters
-    ----------
-    meshes : tuple of int
-        Numbers of elements, the finest last.
-    picture : str or None
-        Name of the picture; None: none is written.
-
-    Returns
-    -------
-    pandas.DataFrame
-        Rows of the table of the book.
+    `meshes` are numbers of elements.
     """
     page, tensions, radius = Page("writhing", picture), (10.0, 50.0, 200.0, 400.0), 1e-3
     section, found = slender(radius), []
