@@ -89,6 +89,16 @@ def test_a_key_concerns_the_stages_that_read_it_and_those_behind(config, key, va
     assert {name for name in after if after[name] != before[name]} == expected
 
 
+def test_scenes_that_a_stage_reads_alike_share_its_result(config):
+    plan, store, calls = Plan.of(config), Store(), []
+    scene = plan.scenes["dns-a"]
+    for each in (scene, scene.vary({"name": "other", "knit": "other", "load.strain": 0.001})):
+        step = plan.step("geometry", each)
+        made = replace(step, stage=replace(step.stage, function=lambda _: calls.append(1) or xr.Dataset()))
+        store.get(made)
+    assert len(calls) == 1
+
+
 def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
     step, store = plan.step("simulation", plan.scenes["dns-a"]), Store(tmp_path)
     path, whole = tmp_path / step.path, xr.Dataset({"load": ("increment", [0.0, 1.0])})

@@ -62,20 +62,23 @@ class Store:
     folder: Path | None = None
     also: tuple[Path, ...] = ()
     progress: BeginProgress = lambda label: silent
-    made: dict[Path, Any] = field(default_factory=dict)
+    made: dict[str, xr.Dataset] = field(default_factory=dict)  # by digest
 
     def get(self, step: Step, anew: bool = False) -> Any:
         """Return a result: from memory, from its file if that is up to date, else made and written.
 
-        A result that is no dataset is a file alone, and None is returned. With `anew` the result itself is made again.
+        Scenes whose keys differ only where the stage does not read them share one result in memory. A result that is no
+        dataset is a file alone, and None is returned. With `anew` the result itself is made again.
         """
-        if step.path not in self.made:
-            result = None if anew or not step.stage.is_dataset else self.found(step)
-            if result is None:
-                step.require_machine()  # before anything is made for it
-                result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, anew)
-            self.made[step.path] = result
-        return self.made[step.path]
+        if step.digest in self.made:
+            return self.made[step.digest]
+        result = None if anew or not step.stage.is_dataset else self.found(step)
+        if result is None:
+            step.require_machine()  # before anything is made for it
+            result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, anew)
+        if result is not None:
+            self.made[step.digest] = result
+        return result
 
     def found(self, step: Step) -> xr.Dataset | None:
         """Return the dataset of a step that is kept, whole and up to date; one that is damaged is a warning."""

@@ -211,7 +211,6 @@ class _Maker:
     force: float  # per width, up to which all are pulled [N/m]
     plan: Plan
     store: Store
-    shapes: dict[str, xr.Dataset] = field(default_factory=dict)  # at rest, by digest: paths share them
     coarse: dict[str, xr.Dataset] = field(default_factory=dict)  # histories that found the strains, by load
     notes: list[str] = field(default_factory=list)
 
@@ -244,13 +243,9 @@ class _Maker:
         """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
         name = sub("[^a-z0-9_-]+", "-", f"{self.cell.name}-sheet-{name}")
         scene = (cell or self.cell).vary({"name": name, **keys})
-        steps = self.plan.steps_of(self.plan.labelled(scene))
-        if (rest := steps.get("rest")) and not self.store.holds(steps["simulation"]):
-            if rest.digest not in self.shapes:
-                self.shapes[rest.digest] = self.store.get(rest)
-            self.store.made[rest.path] = self.shapes[rest.digest]
+        simulation = self.plan.step("simulation", self.plan.labelled(scene))
         try:
-            history: xr.Dataset = self.store.get(steps["simulation"])
+            history: xr.Dataset = self.store.get(simulation)
         except ConvergenceError as error:
             if error.history is None:
                 raise
