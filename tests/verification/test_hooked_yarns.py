@@ -7,7 +7,6 @@ Solids decide what a law of contact for beams is worth where patches are no long
 import numpy as np
 import pytest
 
-from knitstudy.knit.yarns.network import turns
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -21,6 +20,7 @@ from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.rotation import turns
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
 from knitstudy.mechanics.spline_yarn.span import span_groups

@@ -83,6 +83,20 @@ def log(rotation: Floats) -> Floats:
     return sine / np.sinc(angle / np.pi)[..., None]
 
 
+def turns(before: Floats, after: Floats) -> Floats:
+    """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad].
+
+    Examples
+    --------
+    >>> turns(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])).round(4).tolist()
+    [[0.0, 0.0, 1.5708]]
+    """
+    axis = np.cross(before, after)
+    sine = np.linalg.norm(axis, axis=1)
+    angle = np.arctan2(sine, np.einsum("ei,ei->e", before, after))
+    return np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0)[:, None] * axis
+
+
 @dataclass(frozen=True)
 class Halfway:
     """The scalars of the maps above for k rotation vectors, and their derivatives over the angle.

@@ -38,6 +38,7 @@ from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.rotation import turns
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
 
@@ -314,20 +315,6 @@ def _polygon(fabric: Fabric, pieces: list[Floats]) -> float:
         angle = size * (line.curvature(inside.ravel()).reshape(inside.shape) @ (0.5 * weight))
         turned, length = turned + float(size @ angle**2), length + float(size.sum())
     return RING * turned / length
-
-
-def turns(before: Floats, after: Floats) -> Floats:
-    """Return the rotation vectors (k, 3) that turn unit vectors into others the shortest way [rad].
-
-    Examples
-    --------
-    >>> turns(np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 1.0, 0.0]])).round(4).tolist()
-    [[0.0, 0.0, 1.5708]]
-    """
-    axis = np.cross(before, after)
-    sine = np.linalg.norm(axis, axis=1)
-    angle = np.arctan2(sine, np.einsum("ei,ei->e", before, after))
-    return np.divide(angle, sine, out=np.ones_like(angle), where=sine > 0)[:, None] * axis
 
 
 def _divide(inner: Floats, length: float, size: float, yarn: int) -> Floats:

@@ -29,6 +29,7 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Set
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.rotation import turns
 
 Vector = Sequence[float] | Floats
 STILL, FREE = (0.0, 0.0, 0.0), (np.nan, np.nan, np.nan)
@@ -258,9 +259,6 @@ def drawn_curvature(curve: Floats) -> Floats:
     chord = np.diff(curve, axis=0)
     length = np.linalg.norm(chord, axis=1)
     t = chord / length[:, None]
-    across = np.cross(t[:-1], t[1:])
-    size = np.linalg.norm(across, axis=1, keepdims=True)
-    angle = np.arctan2(size, np.einsum("ni,ni->n", t[:-1], t[1:])[:, None])
-    turned = across * np.divide(angle, size, out=np.ones_like(size), where=size > 0)
+    turned = turns(t[:-1], t[1:])
     turned = np.concatenate([turned[:1], turned, turned[-1:]])
     return 0.5 * (turned[:-1] + turned[1:]) / length[:, None]

@@ -24,7 +24,7 @@ from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
-from knitstudy.knit.yarns.network import RING, section_of, turns
+from knitstudy.knit.yarns.network import RING, section_of
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
@@ -32,6 +32,7 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Set
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
+from knitstudy.mechanics.rotation import turns
 
 HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 
