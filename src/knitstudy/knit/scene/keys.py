@@ -81,7 +81,7 @@ def key(
     *,
     unit: str = "1",
     meaning: str = "",  # follows type and bounds in messages; by default the unit does
-    # Stands instead of type, bounds and meaning: completes the sentence "<key> is ... but must be ..."
+    # Allowed values in words, in place of type, bounds and meaning: the end of "<key> is ... but must be ..."
     allowed: str | Callable[[], str] = "",
     default: Any = ...,
     **bounds: Any,  # ``gt``, ``ge``, ``lt``, ``le``, ``min_length``, ``pattern`` as of pydantic
@@ -89,8 +89,8 @@ def key(
     """Return the field of a key; the text under it names its source (see above).
 
     The default is the value of scenes that do not set the key. Results from before the key existed were made under this
-    value: it enters no digest, so that adding the key runs nothing again, and must never be changed. Other defaults
-    stand in ``config/defaults.yaml``; no key has both.
+    value: the default enters no digest, so that a new key runs nothing again, and must never be changed. Defaults of
+    other keys are in ``config/defaults.yaml``; no key has a default in both places.
     """
     if role not in ROLES or provenance not in PROVENANCES:
         raise ValueError(f"a key of role {role!r} and provenance {provenance!r}")

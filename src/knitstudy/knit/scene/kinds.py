@@ -288,7 +288,7 @@ def all_keys() -> dict[str, type[Section]]:
 
 
 def defaults_of_fields() -> dict[str, Any]:
-    """Return the defaults that stand in the fields of keys, by dotted key."""
+    """Return the defaults that the fields of sections declare, by dotted key."""
     fields = {key: section.model_fields[key.rpartition(".")[2]] for key, section in all_keys().items()}
     return {key: lists(field.default) for key, field in fields.items() if not field.is_required()}
 
