@@ -11,9 +11,11 @@ from refusals import READ, refusal
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
-from knitstudy.knit.geometry.specimens import plain_knit
+from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.mesh.mesher import mesh_scene
 from knitstudy.knit.models.hexahedra.build import divide
+from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
+from knitstudy.use.decks.cell import cell_deck
 from knitstudy.use.decks.deck import Interaction, specimen_deck
 from knitstudy.use.decks.inp import write_inp
 
@@ -202,3 +204,80 @@ def test_scenes_that_no_deck_can_express_are_refused(made, tmp_path, dialect, ch
     with refusal(message):
         write_inp(replace(made("knit").deck, **change), tmp_path / "deck.inp", dialect)
     assert not list(tmp_path.iterdir())
+
+
+@pytest.fixture(scope="module")
+def cell(plain_scene):
+    """Return a function that gives a cell of so many rows whose yarns touch, its fabric and its deck."""
+
+    def make(rows=1, **changes):
+        keys = {"specimen": "cell", "fidelity": "spline_yarns", "interaction": "isotropic", "mesh.span": 1.8}
+        scene = plain_scene.vary(
+            keys | {"pattern.loops": 1, "pattern.rows": rows, "load.lateral": "free"} | changes
+        )
+        fabric = endless_cell(initial_loop(scene), 1, rows)
+        return SimpleNamespace(scene=scene, fabric=fabric, deck=cell_deck(scene, fabric))
+
+    return make
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_a_cell_has_every_yarn_and_every_crossing_once(cell, rows):
+    made = cell(rows)
+    deck, fabric = made.deck, made.fabric
+    elements = np.vstack([*deck.elements.values()])
+    length = sum(line.length for line in fabric.centrelines[:-1])
+    volume = QuadraticHexahedron(deck.nodes[elements], deck.material).volume.sum()
+    assert volume == pytest.approx(
+        np.pi * fabric.radius**2 * length, rel=2e-3
+    )  # arcs of 30 degrees, spans of 1.8 R
+    sides = [
+        np.concatenate([getattr(pair, side).elements for pair in deck.contacts])
+        for side in ("slave", "master")
+    ]
+    for point in fabric.crossings.point.reshape(-1, 3):
+        apart = [
+            np.linalg.norm(deck.nodes[elements[side]].mean(axis=1) - point, axis=1).min() for side in sides
+        ]
+        assert max(apart) < 2.5 * fabric.radius
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_an_even_strain_of_a_cell_meets_its_equations(cell, rows):
+    """Both sides of a cut move by E X; a row is cut where it goes on as its image, whole or in pieces."""
+    made = cell(rows)
+    lengths = np.linalg.norm(made.fabric.periods, axis=1)[[0, 1, 1]]
+    x, y, xy = strain = np.array([0.02, -0.01, 0.03])
+    even = made.deck.nodes[:, :2] @ [[x, 0.5 * xy], [0.5 * xy, y]]
+    for jump in made.deck.jumps:
+        moved = np.tile((jump.rate @ (strain * lengths))[:2], (len(jump.slave), 1))
+        np.testing.assert_allclose(even[jump.slave] - even[jump.master], moved, atol=1e-15)
+    assert sum(len(set(jump.slave)) for jump in made.deck.jumps) == 76 * len(made.deck.jumps)
+    assert len(made.deck.jumps) == len(made.deck.elements) == {1: 3, 2: 4}[rows]
+
+
+@DIALECTS
+def test_a_cell_is_written(cell, tmp_path, dialect):
+    deck = cell(**{"load.strain": 0.02}).deck
+    path = tmp_path / "cell.inp"
+    write_inp(deck, path, dialect)
+    (rows,) = boundaries(path)[-1:]
+    travel = 0.02 * cell().fabric.periods[0, 0]
+    assert [row[1] for row in rows] == ["1", "1"]  # the held node, and the course strain: others are free
+    assert float(rows[1][3]) == pytest.approx(travel)
+    (equations,) = data(path, "*EQUATION")
+    assert sum(row.isdigit() for row in equations) == 3 * sum(len(jump.slave) for jump in deck.jumps)
+    assert [len(rows) for card, rows in cards(path) if "TYPE=SPRING1" in card] == 3 * [
+        len(deck.springs[0][0])
+    ]
+    assert [len(rows) for card, rows in cards(path) if "TYPE=SPRING2" in card] == [1, 1, 1]
+    first = sum(map(len, deck.elements.values())) + 1
+    springs = [int(row.split(",")[0]) for card, rows in cards(path) if "TYPE=SPRING" in card for row in rows]
+    assert springs == list(range(first, first + len(springs)))
+    assert len(data(path, "*SURFACE, NAME")) == 2 * len(deck.contacts)
+
+
+def test_a_cell_of_beams_has_no_deck(plain_scene):
+    keys = {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic", "outputs": ["deck"]}
+    with refusal("use fidelity spline_yarns"):
+        plain_scene.vary(keys)

@@ -73,6 +73,18 @@ def test_corners_lie_on_the_surface_of_the_deformed_yarns(knit_of_two):
     assert knit.strain.tolist() == [0.0, 0.05]
 
 
+def test_the_surface_for_cad_is_closed(knit_of_two, tmp_path):
+    """Facets look outwards and leave out nothing: they enclose the volume of the yarns, in mm3."""
+    history = history_of(knit_of_two)
+    drawn = deformed.deformed(fabric_dataset(knit_of_two), history, knit_of_two.radius)
+    deformed.WRITERS[".stl"](drawn, tmp_path / "knit.stl")
+    read = meshio.read(tmp_path / "knit.stl")
+    corner = read.points[read.cells_dict["triangle"]].astype(float)
+    volume = np.linalg.det(corner).sum() / 6
+    length = 1e3 * sum(line.length for line in knit_of_two.centrelines)
+    assert volume == pytest.approx(np.pi * (1e3 * knit_of_two.radius) ** 2 * length, rel=0.02)
+
+
 def test_colours_count_from_the_shape_in_which_a_path_begins(knit_of_two):
     """Soft yarns rise from the loops as drawn before they are pulled."""
     history = history_of(knit_of_two)

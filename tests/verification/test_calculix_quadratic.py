@@ -1,4 +1,4 @@
-"""The quadratic element and CalculiX's C3D20R on one mesh."""
+"""The quadratic element and CalculiX's C3D20R on one mesh; cells of spline yarns and their decks of C3D20R."""
 
 import dataclasses
 
@@ -11,7 +11,7 @@ from test_solids import EXACT
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.mesh.mesher import mesh_fabric
-from knitstudy.knit.simulate import solve
+from knitstudy.knit.simulate import simulate, solve
 from knitstudy.mechanics.elements import ElementGroup
 from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
 from knitstudy.mechanics.increment import PrescribedDisplacement
@@ -20,6 +20,7 @@ from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
 from knitstudy.mechanics.solid import SolidModel
 from knitstudy.run.configuration import load_scene
+from knitstudy.use.decks.cell import cell_deck
 from knitstudy.use.decks.deck import Deck, Step, specimen_deck
 from knitstudy.use.decks.inp import write_inp
 
@@ -95,3 +96,40 @@ def test_a_tied_knit_of_c3d20r(cell, tmp_path):
     theirs = calculix.run(tmp_path / "knit.inp").force[-1, 0]
     ours = float(solve(scene, knit, mesh=mesh)["force"][-1])
     assert ours == pytest.approx(theirs, rel=1e-3)
+
+
+JERSEY = {
+    "pattern.control_points": None,
+    "geometry.free": [],
+    "pattern.course_spacing": 0.9e-3,
+    "pattern.wale_spacing": 1.1e-3,
+    "yarn.diameter": 0.25e-3,
+    "yarn.youngs_modulus": 200e6,
+    "yarn.material": "st_venant_kirchhoff",
+    "contact.friction": 0.3,
+    "mesh.span": 2.0,
+    "load.lateral": "fixed",
+}
+
+
+@pytest.mark.parametrize(
+    ("changes", "allowed"),
+    [
+        # Yarns apart: splines of degree 2 and C3D20R of the same yarn; -0.07 % with the loops of the base
+        (
+            {"load.deformation": "biaxial", "load.ratio": -2.0, "load.strain": 0.01, "solver.increments": 1},
+            0.005,
+        ),
+        ({"load.strain": 0.02, "solver.increments": 2}, 0.06),
+    ],
+    ids=["apart", "touching"],
+)
+def test_a_cell_of_c3d20r(changes, allowed, tmp_path):
+    """A jersey whose periods are joined by equations: force per width along the courses."""
+    scene = load_scene("cell-course-isotropic").vary(JERSEY | changes)
+    geometry = lay_out(scene)
+    ours = float(simulate(scene, geometry)["force_per_width"][-1, 0])
+    fabric = fabric_of(geometry)
+    write_inp(cell_deck(scene, fabric), tmp_path / "cell.inp", "calculix")
+    theirs = calculix.run(tmp_path / "cell.inp").force[-1, 0] / fabric.periods[1, 1]
+    assert theirs == pytest.approx(ours, rel=allowed)

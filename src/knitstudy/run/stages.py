@@ -110,12 +110,19 @@ def has_fields(scene: Scene) -> bool:
 def _export(name: str, path: str, what: str, output: str, **known: Any) -> Stage:
     """Return a stage that writes a file for another program, of scenes with an output.
 
-    Unless `known` says otherwise, scenes with a mesh have the stage that may have this output.
+    Unless `known` says otherwise, scenes with a mesh have the stage that may have this output, and cells of solid yarns
+    in contact their deck.
     """
     usual: dict[str, Any] = {
         "reads": lambda scene: MODEL_KEYS,
         "code": ("use/decks", "use/vtu.py", *MODEL),
-        "of": lambda scene: scene.kind.direct and output in scene.kind.outputs,
+        "of": lambda scene: (
+            output in scene.kind.outputs
+            and (
+                scene.kind.direct
+                or (output == "deck" and scene.kind.fidelity.solid and scene.kind.interaction.touches)
+            )
+        ),
         "needs": SOLIDS,
         "asked_by": frozenset({output}),
     }

@@ -373,5 +373,23 @@ def _packed(array: np.ndarray) -> str:
     return base64.b64encode(zlib.compress(np.ascontiguousarray(array).tobytes(), 9)).decode()
 
 
+def write_surface(knit: Deformed, path: Path | str, title: str = "") -> None:
+    """Write the surface of a knit at full load for CAD, as triangles in mm (.stl); there is no room for a title."""
+    import meshio
+
+    corners = np.concatenate([knit.faces[:, [0, 1, 2]], knit.faces[:, [0, 2, 3]]])
+    points = MILLIMETRE * knit.points[-1]
+    one, two = (points[corners[:, i]] - points[corners[:, 0]] for i in (1, 2))
+    wide = np.linalg.norm(np.cross(one, two), axis=1) > 0  # caps have corners that coincide
+    with replacing(path) as temporary:
+        meshio.Mesh(points, [("triangle", corners[wide])]).write(temporary, "stl", binary=True)
+
+
 # Functions that write a knit into a file with a title, by the suffix of the file
-WRITERS = {".png": write_picture, ".pdf": write_picture, ".webp": animate, ".html": write_page}
+WRITERS = {
+    ".png": write_picture,
+    ".pdf": write_picture,
+    ".webp": animate,
+    ".html": write_page,
+    ".stl": write_surface,
+}

@@ -149,6 +149,7 @@ ORDER = [*range(4), *range(18, 22), *range(4, 8), *range(22, 26), *range(9, 13),
 class CurvedCells:
     """Hexahedra of 27 nodes in round yarns; nodes are numbered yarn by yarn, section by section."""
 
+    section: Section  # corners of every section, which are the first of its points
     x: np.ndarray  # (q, 2) points of every section, over the radius
     rim: np.ndarray  # (a,) points of a section on its circle, counter-clockwise
     stations: tuple[np.ndarray, ...]  # (t,) of every yarn: arc lengths of ends and middles of its spans [m]
@@ -172,16 +173,20 @@ class CurvedCells:
         sections = lower[:, None, None, None] + np.arange(3)[:, None]
         nodes = sections * len(x) + quads[:, None]  # (spans, e, 3, 9)
         rim = np.stack([section.ring, size + shape.ring_edges], axis=-1).ravel()
-        return cls(x, rim, stations, nodes.reshape(-1, 27)[:, ORDER])
+        return cls(section, x, rim, stations, nodes.reshape(-1, 27)[:, ORDER])
 
     @cached_property
     def yarn(self) -> np.ndarray:
         """Yarn (P,) of every node."""
         return np.repeat(np.arange(len(self.stations)), [s.size * len(self.x) for s in self.stations])
 
+    def sections(self, yarn: int) -> np.ndarray:
+        """Return the nodes (t, q) of a yarn, section by section."""
+        return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))
+
     def surface(self, yarn: int) -> np.ndarray:
         """Return the nodes (t, a) on the surface of a yarn, section by section."""
-        return np.flatnonzero(self.yarn == yarn).reshape(-1, len(self.x))[:, self.rim]
+        return self.sections(yarn)[:, self.rim]
 
 
 def spline_grid(scene: SplineScene, fabric: Fabric, history: xr.Dataset) -> Mesh:

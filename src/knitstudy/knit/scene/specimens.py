@@ -103,10 +103,10 @@ class Cell(Looped):
     load: DrawnCellStrain = section()
 
     @model_validator(mode="after")
-    def _is_a_shell_where_it_is_written(self) -> Self:
-        if "deck" in self.outputs and self.kind.interaction.touches:
-            of = f"where specimen is cell and interaction {self.interaction}"
-            why = "before its yarns touch a knit is no shell; use interaction tie"
+    def _has_a_deck_where_it_is_written(self) -> Self:
+        if "deck" in self.outputs and not self.kind.fidelity.solid:
+            of = f"where specimen is cell and fidelity {self.fidelity}"
+            why = "decks have solid yarns, or the stiffness of tied ones; use fidelity spline_yarns"
             raise ValueError(f"outputs is {list(self.outputs)} but must be [] {of}: {why}")
         return self
 

@@ -32,7 +32,12 @@ if TYPE_CHECKING:
     from knitstudy.measures.summary import Quantity
 
 # Stages that write files for other programs, by what `--dialect` calls them
-DIALECTS = {"abaqus": "deck_abaqus", "calculix": "deck_calculix", "paraview": "series"}
+DIALECTS = {
+    "abaqus": "deck_abaqus",
+    "calculix": "deck_calculix",
+    "paraview": "series",
+    "shell": "shell_section",
+}
 
 
 @contextmanager
@@ -68,8 +73,8 @@ def _naming(file: Path) -> Iterator[None]:
     "pictures",
     type=console.FILE,
     multiple=True,
-    help="Draw the deformed knit: at full load (.png, .pdf), moving through all increments (.webp), or as a page that "
-    "turns it in a browser (.html); may be repeated.",
+    help="Draw the deformed knit: at full load (.png, .pdf, surfaces in mm for CAD: .stl), moving through all "
+    "increments (.webp), or as a page that turns it in a browser (.html); may be repeated.",
 )
 @click.option(
     "--colour",
@@ -222,15 +227,16 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
 )
 @config_option
 def export(scene: str, dialect: str, changes: console.Changes, output: Path | None, config: Path) -> None:
-    """Write a scene of hexahedra as an input deck (.inp): mesh, ties, contact, grips and load, in m, N and Pa; or the
-    history in a result file of any model as a time series for ParaView (.pvd), all increments, in m, N and Pa.
+    """Write a scene as an input deck (.inp) in m, N and Pa: hexahedra, or a cell of solid yarns in contact; or the
+    history in a result file: of any model for ParaView (.pvd), of a tied cell as a shell for Abaqus (.inp).
 
     \b
     knitstudy export dns-tie-course --dialect calculix
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
+    knitstudy export cell-course-isotropic --dialect calculix
     knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
+    knitstudy export runs/simulation/cell-course.nc --dialect shell
     """
-    from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
 
@@ -240,17 +246,22 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
             raise click.UsageError(f"--dialect {dialect} takes the file of a history (.nc), and no --set")
         history, path = read_dataset(given), output or given.with_suffix(Path(stage.path_pattern).suffix)
         chosen, geometry, mesh = console.undeformed(given, history, solids="node_displacement" in history)
-        stage.function(chosen, path, geometry=geometry, history=history, mesh=mesh)
-        click.echo(f"{path}: all increments of {scene}; m, N, Pa")
+        if not stage.of(chosen):
+            raise ConfigurationError(f"{scene}: must be of a tied cell for --dialect {dialect}")
+        known = {"geometry": geometry, "history": history, "mesh": mesh}
+        stage.function(chosen, path, **{name: known[name] for name in stage.needs})
+        click.echo(f"{path}: written from {scene}; m, N, Pa")
         return
     chosen = changed_scene(scene, changes, config)
     if not stage.of(chosen):
         raise ConfigurationError(
-            f"scene {chosen.name!r}: fidelity is {chosen.fidelity} but must be hexahedra for a deck: other programs"
-            " do not have the elements and the contact of other models"
+            f"scene {chosen.name!r}: a deck is of hexahedra (specimens knit, cut_knit and pair), or of a cell with "
+            f"fidelity spline_yarns and interaction isotropic or rough, but this is a {chosen.specimen} with "
+            f"{chosen.fidelity} and {chosen.interaction}; a tied cell's result (.nc) has --dialect shell"
         )
     chosen, path = Plan.of(config).labelled(chosen), output or Path(f"{chosen.name}.{dialect}.inp")
     geometry = STAGES["geometry"].function(chosen)
-    mesh = STAGES["mesh"].function(chosen, geometry=geometry)
-    stage.function(chosen, path, geometry=geometry, mesh=mesh)
-    click.echo(f"{path}: {len(SweptMesh.from_dataset(mesh).hexahedra)} hexahedra; m, N, Pa")
+    meshed = STAGES["mesh"].of(chosen)
+    inputs = {"mesh": STAGES["mesh"].function(chosen, geometry=geometry)} if meshed else {}
+    count = stage.function(chosen, path, geometry=geometry, **inputs)
+    click.echo(f"{path}: {count} hexahedra; m, N, Pa")

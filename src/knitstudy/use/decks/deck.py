@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -16,10 +17,12 @@ from scipy.spatial import cKDTree
 from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
+from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
+from knitstudy.mechanics.arrays import Bools, Floats
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import Material, material_of
 
@@ -75,6 +78,15 @@ class Step:
     increments: int
 
 
+class Jump(NamedTuple):
+    """Equations u_slave - u_master = rate u_driver, for nodes (k,) of both sides."""
+
+    slave: np.ndarray
+    master: np.ndarray
+    driver: int
+    rate: np.ndarray  # (3, 3)
+
+
 @dataclass(frozen=True, eq=False)
 class Deck:
     """Nonlinear static steps on a mesh of hexahedra, numbered from 0."""
@@ -88,9 +100,13 @@ class Deck:
     hourglass: float  # stiffness over shear modulus, of elements that have one
     steps: tuple[Step, ...]
     equations: Equations | None = None
+    jumps: tuple[Jump, ...] = ()
+    # Nodes (k, 1) and the ground, or (k, 2), with the stiffness of a spring along each of x, y and z [N/m]
+    springs: tuple[tuple[np.ndarray, float], ...] = ()
     contacts: tuple[ContactPair, ...] = ()
     interaction: Interaction | None = None  # of all pairs in contact
     tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
+    halved: bool = False  # whether increments that do not converge are made smaller
     fields: bool = True  # whether displacements are written; the total reaction always is
     departures: tuple[str, ...] = ()  # limits of the deck, in sentences
 
@@ -160,23 +176,29 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
     Only facets count whose nodes are all ``free`` (N,) of ties.
     """
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
-    above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    near = near_facets(*(mesh.nodes[facets].mean(axis=1) for facets in quads), reach)
     may_touch = [free[facets].all(axis=1) for facets in quads]
-    near = [np.less(cKDTree(other).query(own)[0], reach) for own, other in ((above, below), (below, above))]
-    slave, master = (np.logical_and(*pair) for pair in zip(near, may_touch, strict=True))
-    name = f"YARNS{lower}_{upper}"
-    return ContactPair(name, facet_faces(mesh, upper, slave), facet_faces(mesh, lower, master))
+    surfaces = (
+        facet_faces(mesh.section, _elements(mesh, yarn).start, one & other)
+        for yarn, one, other in zip((upper, lower), near, may_touch, strict=True)
+    )
+    return ContactPair(f"YARNS{lower}_{upper}", *surfaces)
 
 
-def facet_faces(mesh: SweptMesh, yarn: int, chosen: np.ndarray) -> Surface:
-    """Return the faces of hexahedra behind chosen facets of ``mesh.surface_quads(yarn)``."""
-    ring, quads = mesh.section.ring, mesh.section.quads
+def near_facets(above: Floats, below: Floats, reach: float) -> tuple[Bools, Bools]:
+    """Return which facets of two yarns, by their middles (f, 3), lie within a distance of the other yarn's [m]."""
+    return cKDTree(below).query(above)[0] < reach, cKDTree(above).query(below)[0] < reach
+
+
+def facet_faces(section: Section, first: int, chosen: Bools) -> Surface:
+    """Return the faces behind chosen facets, layer by layer, of a yarn whose hexahedra begin with the ``first``."""
+    ring, quads = section.ring, section.quads
     # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
     edges = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1)  # (e, 4, 2)
     wanted = np.stack([ring, np.roll(ring, -1)], axis=-1)
     place, quad, edge = np.nonzero((edges == wanted[:, None, None]).all(axis=-1))  # by place on the ring
     layer, j = np.divmod(np.flatnonzero(chosen), len(place))
-    elements = _elements(mesh, yarn).start + layer * len(quads) + quad[j]
+    elements = first + layer * len(quads) + quad[j]
     return Surface(elements, 3 + edge[j])  # S3 to S6 stand on the four edges of the bottom quad
 
 

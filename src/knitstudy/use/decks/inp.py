@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,10 +21,9 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.files import code_version, replacing
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.knit.models.hexahedra import HexahedralScene
-from knitstudy.knit.yarns.interactions import Equations
 from knitstudy.mechanics.materials.isotropic import Isotropic
 from knitstudy.registry import find
+from knitstudy.use.decks.cell import cell_deck
 from knitstudy.use.decks.deck import Deck, Step, Surface, specimen_deck
 
 NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
@@ -63,8 +63,8 @@ LINEAR = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n{normal:.12e}, 1.0\n"
 
 # How contact in CalculiX differs from the scene (docs/notes/calculix.md)
 FACETS = (
-    "contact in CalculiX is of flat facets: yarns touch before the load begins, and a knit carries 5 to 30 % more at "
-    "5 % strain, and more than that at small strains (docs/notes/calculix.md)"
+    "contact in CalculiX is of the faces of elements, flat ones of linear elements: their yarns touch before the load "
+    "begins, and carry 5 to 30 % more at 5 % strain, and more than that at small strains (docs/notes/calculix.md)"
 )
 
 # Keywords by key and value, then by dialect
@@ -226,9 +226,15 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
     yield "*ELSET, ELSET=SOLID\n" + "".join(f"{name}\n" for name in deck.elements)
     for name, nodes in deck.node_sets.items():
         yield f"*NSET, NSET={name}\n" + lines(nodes + 1)
-    if deck.equations is not None:
+    for nodes, stiffness in deck.springs:
+        for i in (1, 2, 3):
+            yield f"*ELEMENT, TYPE=SPRING{nodes.shape[1]}, ELSET=SPRINGS{first}\n"
+            yield from (lines([number, *row]) for number, row in enumerate((nodes + 1).tolist(), first))
+            yield f"*SPRING, ELSET=SPRINGS{first}\n{lines(nodes.shape[1] * [i])}{NUMBER % stiffness}\n"
+            first += len(nodes)
+    if deck.equations is not None or deck.jumps:
         yield "*EQUATION\n"
-        yield from _terms(deck.equations)
+        yield from _terms(deck)
     yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
     yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
     for pair in deck.contacts:
@@ -263,15 +269,26 @@ def _surface(name: str, surface: Surface) -> str:
     return "".join([*sets, f"*SURFACE, NAME={name}, TYPE=ELEMENT\n", *parts])
 
 
-def _terms(equations: Equations) -> Iterator[str]:
+def _terms(deck: Deck) -> Iterator[str]:
     """Yield an equation for every slave and component; the slave's term comes first, which eliminates it."""
-    nodes = np.column_stack([equations.slave, equations.master]) + 1  # (K, 1 + c)
-    factors = np.column_stack([-np.ones(len(nodes)), equations.weight])
-    for row, factor in zip(nodes.tolist(), factors.tolist(), strict=True):
-        terms = [(node, value) for node, value in zip(row, factor, strict=True) if value]
-        for component in (1, 2, 3):
-            written = [f"{node}, {component}, {NUMBER % value}" for node, value in terms]
-            yield f"{len(terms)}\n" + lines(written, 4)
+    for slave, masters, weights in zip(*(deck.equations or ((), (), ())), strict=True):
+        terms = [
+            (slave, -1.0),
+            *((node, value) for node, value in zip(masters, weights, strict=True) if value),
+        ]
+        for i in (1, 2, 3):
+            yield _equation((node, i, value) for node, value in terms)
+    for jump in deck.jumps:
+        for slave, master in zip(jump.slave, jump.master, strict=True):
+            for i, rate in enumerate(jump.rate, 1):
+                driven = ((jump.driver, j, value) for j, value in enumerate(rate, 1) if value)
+                yield _equation([(slave, i, -1.0), (master, i, 1.0), *driven])
+
+
+def _equation(terms: Iterable[tuple[int, int, float]]) -> str:
+    """Return an equation of terms: node from 0, component from 1, factor."""
+    written = [f"{node + 1}, {component}, {NUMBER % value}" for node, component, value in terms]
+    return f"{len(written)}\n" + lines(written, 4)
 
 
 def _step(deck: Deck, step: Step, dialect: str) -> str:
@@ -286,17 +303,28 @@ def _step(deck: Deck, step: Step, dialect: str) -> str:
     if deck.fields:
         outputs += fields + (contact if deck.contacts else "")
     # Whole numbers of time: increments of a rounded fraction would leave a last one of almost nothing.
+    static, sizes = ("*STATIC", ", 0.01, 1.0") if deck.halved else ("*STATIC, DIRECT", "")
     return (
-        f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n{controls}*STATIC, DIRECT\n"
-        f"1.0, {step.increments}.0\n*BOUNDARY\nHELD, 1, 3, {NUMBER % 0.0}\n{''.join(moves)}{outputs}*END STEP\n"
+        f"*STEP, NLGEOM, INC={100 * step.increments}{unsymmetric}\n{controls}{static}\n"
+        f"1.0, {step.increments}.0{sizes}\n*BOUNDARY\nHELD, 1, 3, {NUMBER % 0.0}\n{''.join(moves)}{outputs}*END STEP\n"
     )
 
 
 def write(
-    scene: HexahedralScene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset, dialect: str
-) -> None:
-    """Write the deck of a scene of hexahedra; `dialect` is "abaqus" or "calculix"."""
-    write_inp(specimen_deck(scene, fabric_of(geometry), SweptMesh.from_dataset(mesh)), path, dialect)
+    scene: Any, path: Path | str, geometry: xr.Dataset, dialect: str, mesh: xr.Dataset | None = None
+) -> int:
+    """Write the deck of a scene of hexahedra, or of a cell of solid yarns in contact, and count its hexahedra.
+
+    The `dialect` is "abaqus" or "calculix"; a cell has no `mesh` of its own.
+    """
+    fabric = fabric_of(geometry)
+    deck = (
+        specimen_deck(scene, fabric, SweptMesh.from_dataset(mesh))
+        if mesh is not None
+        else cell_deck(scene, fabric)
+    )
+    write_inp(deck, path, dialect)
+    return sum(map(len, deck.elements.values()))
 
 
 write_abaqus, write_calculix = (partial(write, dialect=dialect) for dialect in OUTPUTS)
