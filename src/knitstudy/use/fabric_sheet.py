@@ -312,11 +312,12 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
             row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
         row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
         row(way, f"{way} energy to {force:g} N/m", "J/m2", 1.0, "energy [J/m2]", pull, force)
-        loss = loss_of_cycle(force_over_strain(curves[way][0], way))
+        forces = force_over_strain(curves[way][0], way)
+        loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
         rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
-        left = PERCENT * left_by_cycle(force_over_strain(curves[way][0], way))
-        rows.append(_row(f"{way} strain that a cycle leaves", [left], "%", "least width of the band at rest"))
+        what = "or less: the way back ends there" if carries else "least width of the band at rest"
+        rows.append(_row(f"{way} strain that a cycle leaves", [PERCENT * left_by_cycle(forces)], "%", what))
     pull = PULL("course")
     for load in (load for load in curves if load not in STRAINS):
         row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
