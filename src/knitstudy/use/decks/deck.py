@@ -176,7 +176,8 @@ def _contact_pair(mesh: SweptMesh, lower: int, upper: int, reach: float, free: n
     Only facets count whose nodes are all ``free`` (N,) of ties.
     """
     quads = [mesh.surface_quads(yarn) for yarn in (upper, lower)]
-    near = near_facets(*(mesh.nodes[facets].mean(axis=1) for facets in quads), reach)
+    above, below = (mesh.nodes[facets].mean(axis=1) for facets in quads)
+    near = near_facets(above, below, reach)
     may_touch = [free[facets].all(axis=1) for facets in quads]
     surfaces = (
         facet_faces(mesh.section, _elements(mesh, yarn).start, one & other)
