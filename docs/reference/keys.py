@@ -8,7 +8,7 @@ from pathlib import Path
 
 from knitstudy.files import write_text
 from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, describe, lists
-from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections
+from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections, word_of
 from knitstudy.registry import listed
 from knitstudy.run.advice import AUTO, Requirements
 
@@ -63,7 +63,7 @@ def scenes_with(key: str) -> str:
         names = {getattr(kind, label).name for kind in having}
         narrower = [kind for kind in match if getattr(kind, label).name in names]
         if narrower != match:
-            limits.append(f"{label} {listed(sorted(names))}")
+            limits.append(f"{label} {listed(sorted(map(word_of, names)))}")
         match = narrower
     return ("; ".join(limits) or "all") + ("" if match == having else "; not all of these")
 

@@ -7,7 +7,7 @@ from typing import Self
 from pydantic import model_validator
 
 from knitstudy.knit.scene.keys import section
-from knitstudy.knit.scene.kinds import SPECIMENS, Specimen
+from knitstudy.knit.scene.kinds import SPECIMENS, Specimen, word_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import DrawnCellStrain, Geometry, KnitTension, Pair, Path, Pattern, Tension
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
@@ -105,7 +105,7 @@ class Cell(Looped):
     @model_validator(mode="after")
     def _is_a_shell_where_it_is_written(self) -> Self:
         if "deck" in self.outputs and self.kind.interaction.touches:
-            of = f"where specimen is cell and interaction {self.interaction}"
+            of = f"where specimen is cell and interaction {word_of(self.interaction)}"
             why = "before its yarns touch a knit is no shell; use interaction tie"
             raise ValueError(f"outputs is {list(self.outputs)} but must be [] {of}: {why}")
         return self

@@ -12,7 +12,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import describe
-from knitstudy.knit.scene.kinds import MODELS, Labels
+from knitstudy.knit.scene.kinds import MODELS, Labels, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
@@ -80,7 +80,7 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
                 if key not in LABELS and (key not in defaults or value != defaults[key])
             }
             texts = ", ".join(
-                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(changed[key])}"
+                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(word_of(changed[key]))}"
                 for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
             )
             rows.append((name, member.family, ",".join(member.studies), texts))
@@ -120,10 +120,14 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     else:
         scene = changed_scene(what, changes, config)
         tex = dict(changes).get("yarn.tex", nan)
-        loop = _checked_loop(scene, tex) if "pattern" in scene.sections else None
-        _print_keys(scene, sources, dict(changes))
-        for line in (*filter(None, [loop]), *questions(scene)):
-            click.echo(line)
+        try:
+            loop = _checked_loop(scene, tex) if "pattern" in scene.sections else None
+            _print_keys(scene, sources, dict(changes))
+            if loop:
+                click.echo(loop)
+        finally:  # a value in another unit may be why there is no loop
+            for question in questions(scene):
+                click.echo(question, err=True)
 
 
 def _check_folder(folder: Path) -> None:
@@ -161,7 +165,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
         said = [getattr(described, column) for column in columns]
         if key in changes:
             said[columns.index("provenance")] = "set here"
-        rows.append((key, value, *said))
+        rows.append((key, word_of(value), *said))
     print_table(("key", "value", *columns), rows)
 
 
@@ -234,7 +238,7 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
     problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
-    name, interaction = problem.scene.name, problem.scene.interaction
+    name, interaction = problem.scene.name, word_of(problem.scene.interaction)
     click.echo(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
     click.echo(f"take {setting}, {choice.promises.basis}")
     if offer := without_edges(problem, ask):

@@ -13,6 +13,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
+from knitstudy.knit.scene.scene import questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
@@ -98,6 +99,8 @@ def loop(
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
+    for question in questions(chosen):
+        click.echo(question, err=True)
     geometry = lay_out(chosen)
     if "state" not in geometry.dims:
         raise ConfigurationError(
