@@ -12,7 +12,7 @@ import click
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table, write_table
-from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
 from knitstudy.run.commands import console
@@ -127,6 +127,7 @@ def show(
             quantities = [*summarise(dataset), *_construction(dataset, file)]
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
+        click.echo(f"drawing {plot} ...", err=True)
         both = [dataset, *([read_dataset(other)] if other is not None else [])]
         with _naming(file):
             kind, drawing = kind_of(dataset), draw(*both)
@@ -159,6 +160,7 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     Raises DataFileError when a name has another ending than the format of a picture, or the file holds no history;
     ConfigurationError when the history does not hold the values of the colour.
     """
+    from knitstudy.knit.loading.run import Progress
     from knitstudy.use import deformed
     from knitstudy.use.vtu import solids
 
@@ -171,7 +173,10 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
     for path in pictures:
         click.echo(f"drawing {path} ...", err=True)
-        deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
+        if path.suffix == ".webp":
+            deformed.animate(knit, path, "", Progress(f"drawing {path}"))
+        else:
+            deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
         click.echo(f"drawn: {path}", err=True)
 
 
@@ -181,7 +186,7 @@ def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
 
     keys, sources = keys_of(dataset, file)
     own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
-    return flat(keys) | own
+    return {key: word_of(value) for key, value in (flat(keys) | own).items()}
 
 
 def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
