@@ -34,8 +34,7 @@ Sections = dict[str, type[Section]]
 Found = TypeVar("Found")
 
 ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
-WORDS = {"isotropic": "friction"}
-"""What users read and write for the name of an interaction that digests and kept tables hold."""
+WORDS = {"isotropic": "friction"}  # what users read and write for names that digests and kept tables hold
 
 
 class Labels(Section):
@@ -62,7 +61,6 @@ class Labels(Section):
     @field_validator("interaction")
     @classmethod
     def _kept_name(cls, said: str) -> str:
-        """Return the name for a word that stands for it."""
         return next((name for name, word in WORDS.items() if word == said), said)
 
 
@@ -160,9 +158,7 @@ MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
 
 INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction=None))
 INTERACTIONS.register(Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf))
-INTERACTIONS.register(
-    Interaction("isotropic", "contact with Coulomb friction", lambda contact: contact.friction, keys=Friction)
-)
+INTERACTIONS.register(Interaction("isotropic", "Coulomb's law", lambda contact: contact.friction, Friction))
 
 
 def word_of(value: Any) -> Any:

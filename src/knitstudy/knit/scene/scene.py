@@ -55,9 +55,7 @@ USUAL = {
 }
 """Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
 
-LENGTHS = ("pattern.course_spacing", "pattern.wale_spacing", "pattern.loop_length")
-LONG = 500
-"""Yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44."""
+LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -418,7 +416,7 @@ def questions(scene: Scene) -> list[str]:
         if not least <= (value := scene.value(name) or least) <= largest:
             usual = f"yarns have {least:g} to {largest:g} {unit}"
             asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
-    for name in LENGTHS:
+    for name in ("pattern.course_spacing", "pattern.wale_spacing", "pattern.loop_length"):
         if (radii := (value := scene.value(name) or 0.0) / scene.yarn.radius) > LONG:
             asked.append(f"{name} is {value:g} m, {radii:.0f} radii of the yarn: is it meant in mm?")
     return asked

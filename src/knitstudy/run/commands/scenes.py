@@ -109,9 +109,9 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     \b
     knitstudy check                              the default configuration
     knitstudy check my-scenes                    a folder, or a file, of your own
-    knitstudy check dns-tie-course               all keys of a scene
-    knitstudy check dns-tie-course --sources     and their sources
-    knitstudy check dns-tie-course --set mesh.size=0.5
+    knitstudy check yarns-tie-course             all keys of a scene
+    knitstudy check yarns-tie-course --sources     and their sources
+    knitstudy check yarns-tie-course --set mesh.size=0.5
     """
     if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
         if changes or sources:
@@ -123,8 +123,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         try:
             loop = _checked_loop(scene, tex) if "pattern" in scene.sections else None
             _print_keys(scene, sources, dict(changes))
-            if loop:
-                click.echo(loop)
+            click.echo(loop or "", nl=bool(loop))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
                 click.echo(question, err=True)

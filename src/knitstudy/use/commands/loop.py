@@ -73,7 +73,7 @@ def loop(
     knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3
     knitstudy loop --courses 1100 --wales 900 --tex 30 --density 909
     knitstudy loop --points my-loop.csv --course 13e-3 --diameter 1.8e-3
-    knitstudy loop rom3d-tie-course              the loop of a scene
+    knitstudy loop yarns-tie-course              the loop of a scene
 
     A file of points has x, y, z of one loop from a sinker's centre to the next one's, its last row: in m, or in mm with
     the columns "x (mm), y (mm), z (mm)". Where it stands, and from which side it is seen, does not matter. It is made

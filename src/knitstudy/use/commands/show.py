@@ -94,12 +94,12 @@ def show(
     another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
 
     \b
-    knitstudy show runs/simulation/dns-tie-course.nc
-    knitstudy show runs/simulation/dns-tie-course.nc --keys
-    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
-    knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/yarns-tie-course.nc
+    knitstudy show runs/simulation/yarns-tie-course.nc --keys
+    knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc
+    knitstudy show runs/simulation/yarns-tie-course.nc --plot force.png
     knitstudy show runs/simulation/cell-course.nc --curve curve.csv
-    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
+    knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc --plot both.png
     knitstudy show runs/simulation/cell-course.nc --picture knit.webp --picture knit.html
     knitstudy show results/tables/simulation_tie.csv
     """
@@ -233,7 +233,7 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     \b
     knitstudy export dns-tie-course --dialect calculix
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
-    knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
+    knitstudy export runs/simulation/yarns-tie-course.nc --dialect paraview
     """
     from knitstudy.knit.mesh.sweep import SweptMesh
     from knitstudy.run.plan import Plan
