@@ -95,7 +95,7 @@ JERSEY = "tutorial/jersey"
 ANSWERS = {  # by the page of a question: what its commands print, and the files that they write
     JERSEY: ("course force over width at the end", "loop.png", "jersey.png", "knit.png"),
     "how-to/measured": ("contact.friction", "runs/simulation/jersey-lab.png", "runs/fit/jersey-lab.csv"),
-    "how-to/loads": ("N m", "law.nc", "law.abaqus.inp", "law-course.csv"),
+    "how-to/loads": ("N m", "both.csv"),
     "how-to/cycles": ("J/m2 at", "cycle.png", "cycle.csv"),
     "how-to/sheet": ("stitch density", "runs/sheet/jersey/sheet.html", "my-sheet/numbers.csv"),
     "how-to/abaqus": (

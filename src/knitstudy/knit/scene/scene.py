@@ -54,7 +54,6 @@ USUAL = {
     "yarn.diameter": (1e-6, 0.02, "m", "mm"),
 }
 """Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
-
 LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
