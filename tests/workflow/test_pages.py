@@ -131,7 +131,7 @@ def test_a_page_answers_its_question(checkout_copy, jersey, page):
         printed += run("-c", code, **here).stdout
     answer, *files = ANSWERS[page]
     assert answer in printed
-    assert all((jersey / name).stat().st_size > 500 for name in files)
+    assert all((jersey / name).stat().st_size > 200 for name in files)
 
 
 @pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake"])
