@@ -134,7 +134,7 @@ def test_a_page_answers_its_question(checkout_copy, jersey, page):
     assert all((jersey / name).stat().st_size > 200 for name in files)
 
 
-@pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake"])
+@pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake", "how-to/yarns"])
 def test_a_question_has_a_page_of_one_screen(page):
     assert len((ROOT / f"docs/{page}.md").read_text(encoding="utf-8").splitlines()) <= SCREEN
     assert f"({page}.md)" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
@@ -151,6 +151,21 @@ def test_machine_files(tmp_path, command):
         ended = run("-m", *shlex.split(line, comments=True), folder=tmp_path)
     if command == "run":
         assert "course force over width at the end" in ended.stdout
+
+
+def test_yarns_to_choose(fresh, tmp_path):
+    """The commands on the page, in one increment; the mass is that of the yarn."""
+    (scene,), (printed,) = (blocks("docs/how-to/yarns.md", each) for each in ("yaml", "bash"))
+    for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
+        assert scene.count(each) == 1
+        scene = scene.replace(each, other)
+    (tmp_path / "cotton.yaml").write_text(scene, encoding="utf-8")
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    lines = (shlex.split(line, comments=True) for line in printed.splitlines())
+    listed, checked, ended = (run("-m", *line, **here).stdout for line in lines)
+    assert "wool-2-48\t41.7\t" in listed
+    assert re.search(r"mass per area \d+ g/m2", checked)
+    assert "course force over width at the end" in ended
 
 
 def test_site(tmp_path):
