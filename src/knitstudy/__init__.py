@@ -18,6 +18,7 @@ _PLACES = {
         "TiedCellOfSplineYarns",
         "TiedSplineYarns",
     ),
+    "knit.scene.knitout": ("repeat_of",),
     "knit.scene.scene": ("Scene",),
     "knit.scene.sections": ("BeamYarn", "CellStrain", "KnitTension", "Pattern", "SetYarn", "SolidYarn"),
     "knit.scene.shared_sections": ("Friction",),

@@ -15,6 +15,7 @@ from knitstudy.knit.models.spline_yarns import CellOfSplineYarns as CellOfSpline
 from knitstudy.knit.models.spline_yarns import SplineYarns as SplineYarns
 from knitstudy.knit.models.spline_yarns import TiedCellOfSplineYarns as TiedCellOfSplineYarns
 from knitstudy.knit.models.spline_yarns import TiedSplineYarns as TiedSplineYarns
+from knitstudy.knit.scene.knitout import repeat_of as repeat_of
 from knitstudy.knit.scene.scene import Scene as Scene
 from knitstudy.knit.scene.sections import BeamYarn as BeamYarn
 from knitstudy.knit.scene.sections import CellStrain as CellStrain

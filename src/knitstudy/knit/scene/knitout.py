@@ -13,10 +13,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise, product
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.knit_graph import machine_of
 from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of
 from knitstudy.knit.scene.stitches import (
     MARKS,
@@ -49,19 +51,21 @@ class Repeat:
     needles: tuple[str, str]
 
 
-def repeat_of(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> tuple[str, ...]:
-    """Return the rows of letters of the smallest repeat of a knitout file, the bottom row first (`read_repeat`)."""
-    return read_repeat(path, rows, needles).stitches
+def repeat_of(knit: Any, rows: Ends | None = None, needles: Ends | None = None) -> tuple[str, ...]:
+    """Return the rows of letters of the smallest repeat of a knit, ``pattern.stitches`` of a scene (`read_repeat`)."""
+    return read_repeat(knit, rows, needles).stitches
 
 
-def read_repeat(path: Path | str, rows: Ends | None = None, needles: Ends | None = None) -> Repeat:
-    """Return the repeat of a knitout file, or of a part of it.
+def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None) -> Repeat:
+    """Return the repeat of a knit, or of a part of it.
 
-    The part are passes of the carriage, `rows` from 1 on, and positions of needles as in the file; by default all.
-    Raises ConfigurationError when the file cannot be read or knitted, or holds what no letters say, with its line; when
-    rows of another yarn lie above or below the body; or when no needle knits twice.
+    The knit is the path of a knitout file, a graph of knit-graphs, or the third result of knitout-interpreter's
+    ``run_knitout``. The part are passes of the carriage, `rows` from 1 on, and positions of needles as in the file; by
+    default all. Raises ConfigurationError when the file cannot be read or knitted, or holds what no letters say, with
+    its line; when rows of another yarn lie above or below the body; or when no needle knits twice.
     """
-    knit = Letters(Machine(Path(path)))
+    machine = Machine.of_file(Path(knit)) if isinstance(knit, str | Path) else machine_of(knit)
+    path, knit = machine.path, Letters(machine)
     asked, column = knit.part(rows, needles)
     whole, part = (asked if rows else knit.begun(asked, column, share) for share in (1.0, MOST))
     if found := largest_repeat(knit.grid[np.ix_(part, column)]):
@@ -96,8 +100,10 @@ class Letters:
     """
 
     def __init__(self, machine: Machine) -> None:
+        if not machine.rows:
+            raise ConfigurationError(f"{machine.path}: has no stitches")
         self.machine, self.loops = machine, [loop for row in machine.rows for loop in row]
-        self.column, self.needle, self.position = columns_of(self.loops)
+        self.column, self.needle, self.position = columns_of(self.loops, machine.unit == "loop")
         self.grid = np.full((len(machine.rows), len(self.needle)), "-", dtype=object)
         self.faults: dict[Place, tuple[int, str]] = {}  # lines, and what no letter says
         bound, moved = self._bound_off(), set()
@@ -192,7 +198,7 @@ class Letters:
                 )
 
     def _refuse(self, line: int, reason: str) -> ConfigurationError:
-        return ConfigurationError(f"{self.machine.path}, line {line}: {reason}")
+        return ConfigurationError(f"{self.machine.path}, {self.machine.unit} {line}: {reason}")
 
     def _names(self, places: set[Place]) -> str:
         named = [f"{name_of(self.needle[column])} of row {row + 1}" for row, column in sorted(places)]
@@ -240,7 +246,8 @@ class Letters:
                 )
                 raise self._refuse(
                     after.line,
-                    f"the yarn of carrier {carrier} leads from needle {name_of(loop.needle)} (line {loop.line}) to "
+                    f"the yarn of carrier {carrier} leads from needle {name_of(loop.needle)} ({self.machine.unit} "
+                    f"{loop.line}) to "
                     f"{name_of(after.needle)}: no step along a row and no turn at an edge of the knit, as in intarsia, "
                     f"short rows, cords and racked ribs ({extents})",
                 )
@@ -281,8 +288,8 @@ def fault_of(loop: Loop, last: int) -> str:
     """Return what no letter says of a loop of a file whose last loop is in line `last`; empty if letters say it."""
     if len(loop.carriers) > 1:
         return f"plating: a loop of the carriers {' and '.join(loop.carriers)}; the yarn of a scene is one"
-    if loop.made_in == "split":
-        return "split: a loop that is drawn through stays, on the other bed"
+    if loop.made_in == "split" or any(parent.children > 1 for parent in loop.parents):
+        return "split: a loop that is drawn through stays, and may be drawn through again"
     if any(parent.row == loop.row for parent in loop.parents):
         return "a tuck and a knit on one needle in one pass"
     if not loop.children and 0 < loop.dropped < last:
@@ -290,17 +297,17 @@ def fault_of(loop: Loop, last: int) -> str:
     return ""
 
 
-def columns_of(loops: Sequence[Loop]) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
+def columns_of(loops: Sequence[Loop], facing: bool) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
     """Return the column of every needle, a needle of every column, and where columns are, in needles.
 
-    Needles of both beds at one number are one column where loops went across.
+    Needles of both beds at one number are one column where loops went across; everywhere if they are `facing`.
     """
     pairs = [(loop, parent) for loop in loops for parent in loop.parents]
     across = {
         each.needle[1]
         for pair in pairs
         for each in pair
-        if is_back(pair[0].needle) != is_back(pair[1].needle)
+        if facing or is_back(pair[0].needle) != is_back(pair[1].needle)
     }
     made: dict[Needle, list[float]] = {}
     for loop in loops:

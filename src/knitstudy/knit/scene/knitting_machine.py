@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import re
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from math import ceil, floor
 from pathlib import Path
@@ -61,13 +62,10 @@ def name_of(needle: Needle) -> str:
 
 
 class Machine:
-    """A machine that knits a file: `rows` are passes of the carriage, with the loops of one yarn in one direction.
+    """A machine that knits: `rows` are passes of the carriage, with the loops of one yarn in one direction."""
 
-    Raises ConfigurationError with the line of an instruction that is wrong.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self.path, self.line = path, 0
+    def __init__(self, path: Path | str, unit: str = "line") -> None:
+        self.path, self.unit, self.line = path, unit, 0
         self._words: tuple[str, ...] = ()
         self.headers: dict[str, str] = {}
         self.rows: list[list[Loop]] = []
@@ -77,7 +75,11 @@ class Machine:
         self._last: dict[str, Loop | None] = {}  # carriers in action, with their last loops
         self._sides: dict[tuple[Loop, Loop], float] = {}
         self._at: tuple[Any, ...] | None = None  # carriers, direction and place of the carriage
-        unknown: dict[str, int] = {}
+
+    @classmethod
+    def of_file(cls, path: Path) -> Machine:
+        """Return a machine that has knitted a file; raises ConfigurationError with the line of a wrong instruction."""
+        self, unknown = cls(path), dict[str, int]()
         for self.line, text in enumerate(_text(path).splitlines(), 1):
             header = re.match(r";;([^:]+):(.*)", text)
             if header and not self.rows:
@@ -86,14 +88,13 @@ class Machine:
                 if words[0].startswith("x-"):
                     unknown.setdefault(words[0], self.line)
                 else:
-                    self._run(*words)
+                    self.run(*words)
         if unknown:
             names = ", ".join(f"{word} (line {line})" for word, line in unknown.items())
             log.warning("%s: extensions are left out: %s", path, names)
         if "carriers" not in self.headers:
             log.warning("%s: has no header ;;Carriers:, which the format asks for", path)
-        if not self.rows:
-            raise ConfigurationError(f"{path}: has no stitches")
+        return self
 
     @property
     def gauge(self) -> float | None:
@@ -110,7 +111,8 @@ class Machine:
         where = f"{self.path}, line {self.line}"
         return ConfigurationError(f"{where}: cannot be knitted: {' '.join(self._words)}: {reason}")
 
-    def _run(self, name: str, *words: str) -> None:
+    def run(self, name: str, *words: str) -> None:
+        """Run an instruction of knitout."""
         self._words = name, *words
         match name, words:
             case (("in" | "inhook"), _):
@@ -173,7 +175,7 @@ class Machine:
         if name != "tuck":
             loop.parents = self._on[needle]
             for parent in loop.parents:
-                parent.children += 1
+                parent.children, parent.dropped = parent.children + 1, 0
             self._on[needle] = []
         self._on[needle].append(loop)
         self.rows[-1].append(loop)
@@ -192,6 +194,13 @@ class Machine:
     def _drop(self, needle: Needle) -> None:
         for loop in self._on.pop(needle, []):
             loop.dropped = self.line
+
+    def hand(self, loops: Iterable[Loop], word: str) -> None:
+        """Hang loops on a needle, in this order, wherever they are; what else is on it falls."""
+        if hung := list(dict.fromkeys(loops)):
+            self._on |= {at: [each for each in on if each not in hung] for at, on in self._on.items()}
+            self._drop(self._needle(word))
+            self._on[self._needle(word)] = hung
 
     def _transfer(self, needle: Needle, other: Needle) -> None:
         if is_back(needle) == is_back(other):
