@@ -90,7 +90,7 @@ def test_check_folder(knitstudy, config):
 
 
 def test_check_scene(knitstudy, config, monkeypatch):
-    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene, tex: "loop: as drawn")
+    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
