@@ -8,22 +8,13 @@ from pathlib import Path
 
 from knitstudy.files import write_text
 from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, describe, lists
-from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections
+from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections, word_of
 from knitstudy.registry import listed
 from knitstudy.run.advice import AUTO, Requirements
 
 COMMAND = "python docs/reference/keys.py"
 
 PAGE = Path(__file__).with_suffix(".md")
-
-UNLIMITED = (
-    "none",
-    "all",
-    "both",
-    "all three",
-    "all four",
-    "all five",
-)  # what was checked, where this bounds nothing
 
 TITLE = f"""\
 # Keys of a scene
@@ -33,9 +24,9 @@ of the page itself are lost.
 
 A scene has only the keys of its kind: the line above a table says which scenes, parentheses behind a key name others.
 A key of another kind is an error. Values are in SI units; brackets behind a key hold the unit. The last column has the
-role and the [provenance](../../config/README.md#provenance-of-inputs) of the value, the source of a physical input, and
-the range over which results were checked; `knitstudy check SCENE --sources` prints all sources. A key
-without a default on this page has its default in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
+role and the [provenance](../../config/README.md#provenance-of-inputs) of the value; `knitstudy check SCENE --sources`
+prints sources, and the ranges over which results were checked. A key without a default on this page has its default in
+[config/defaults.yaml](../../config/defaults.yaml), or must be set.
 [Alternative keys of a knit](../../config/README.md#a-knit-of-your-own) can replace keys of this page.
 """
 
@@ -63,7 +54,7 @@ def scenes_with(key: str) -> str:
         names = {getattr(kind, label).name for kind in having}
         narrower = [kind for kind in match if getattr(kind, label).name in names]
         if narrower != match:
-            limits.append(f"{label} {listed(sorted(names))}")
+            limits.append(f"{label} {listed(sorted(map(word_of, names)))}")
         match = narrower
     return ("; ".join(limits) or "all") + ("" if match == having else "; not all of these")
 
@@ -88,17 +79,12 @@ def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[s
     """Return the row of a key: name with unit and other scenes, allowed values, default, and origin of the value."""
     known = describe(section, name)
     unit = "" if known.unit == "1" else f" [{known.unit}]"
-    about = [f"{known.role}, {known.provenance}"]
-    if known.role == "physics":
-        about.append(known.source)
-    if known.checked not in (*UNLIMITED, _default(section, name)):
-        about.append(f"checked: {known.checked}")
     scenes = f" ({having})" if having else ""
     return (
         f"`{prefix}{name}`{unit}{scenes}",
         allowed_values(section, name),
         _default(section, name),
-        "; ".join(about),
+        f"{known.role}, {known.provenance}",
     )
 
 

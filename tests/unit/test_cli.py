@@ -10,7 +10,7 @@ from click.testing import CliRunner
 from refusals import REFUSED
 from synthetic import geometry
 
-from knitstudy.errors import ConvergenceError, EndedEarly
+from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Results
@@ -343,8 +343,21 @@ def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch
     question = "yarn.youngs_modulus is 1300 Pa; yarns have 1e+06 to 1e+12 Pa: is it meant in MPa?"
     changed = ("cell-course", "--set", "yarn.youngs_modulus=1300")
     assert knitstudy("run", *changed).stderr.splitlines()[-1] == question
-    assert knitstudy("check", *changed).stdout.splitlines()[-1] == question
-    assert "meant" not in knitstudy("check", "cell-course").stdout
+    assert knitstudy("check", *changed).stderr.splitlines()[-1] == question
+    assert "meant" not in knitstudy("check", "cell-course").stderr
+
+
+@pytest.mark.wings
+@pytest.mark.parametrize("command", ["check", "loop"])
+def test_millimetres_typed_as_metres_are_questioned_where_no_loop_fits(knitstudy, monkeypatch, command):
+    def no_loop(_):
+        raise ConfigurationError("no loop fits")
+
+    monkeypatch.setattr("knitstudy.knit.geometry.lay_out.lay_out", no_loop)
+    refused = knitstudy(command, "cell-course", "--set", "pattern.course_spacing=1.1", "--set", "outputs=[]")
+    asked, error = refused.stderr.splitlines()
+    assert asked.endswith(", 1222 radii of the yarn: is it meant in mm?")
+    assert "no loop fits" in error
 
 
 @pytest.mark.parametrize(

@@ -128,7 +128,7 @@ def test_family_that_is_not_allowed(folder, old, new, message):
 
 def test_examples_of_the_readme_are_families(tmp_path):
     examples = re.findall(r"```yaml\n(.*?)```", (CONFIG / "README.md").read_text(encoding="utf-8"), re.DOTALL)
-    assert len(examples) == 3
+    assert len(examples) == 2
     for path in CONFIG.glob("**/*.yaml"):
         copy = tmp_path / path.relative_to(CONFIG)
         copy.parent.mkdir(exist_ok=True)

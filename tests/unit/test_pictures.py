@@ -23,6 +23,7 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
 from knitstudy.use.plot import draw
 from knitstudy.use.solids import AROUND
+from knitstudy.use.style import figure
 from knitstudy.use.vtu import solids, spline_grid, write_series
 
 
@@ -183,6 +184,15 @@ def test_a_page_holds_the_knit_and_loads_nothing(knit_of_two, tmp_path, monkeypa
 def test_increments_of_an_animation_are_spread_evenly():
     assert deformed._spread(3, 24).tolist() == [0, 1, 2]
     assert deformed._spread(50, 5).tolist() == [0, 12, 24, 37, 49]
+
+
+def test_an_animation_says_how_far_it_is(knit_of_two, tmp_path, monkeypatch):
+    """A picture takes seconds: a user would wait in silence for all of them."""
+    monkeypatch.setattr(deformed, "draw", lambda knit, increment: figure(1.0, 1.0))
+    knit, shares = deformed.deformed(fabric_dataset(knit_of_two), history_of(knit_of_two), RADIUS), []
+    deformed.animate(knit, tmp_path / "knit.webp", "", lambda done, note: shares.append(done))
+    assert shares == [0.5, 1.0]
+    assert (tmp_path / "knit.webp").exists()
 
 
 STRETCH = np.array([[1.02, 0.05, 0.0], [0.0, 0.97, 0.01], [-0.03, 0.0, 1.01]])

@@ -1,6 +1,7 @@
 """A scene is valid, frozen and the same in every unit; a stage sees the keys that it reads and no others."""
 
 import pickle
+import re
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from knitstudy.knit.models.spline_yarns import SplineYarns
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Scene, flat
+from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Friction, Newton
 from knitstudy.knit.scene.specimens import Knit
@@ -22,6 +23,27 @@ from knitstudy.run.configuration import load_scene, load_scenes
 @pytest.fixture
 def scene(config):
     return load_scenes(config)["dns-a"]
+
+
+def test_friction_is_the_word_for_a_name_that_digests_keep(scene):
+    """Kept results and tables have the paper's word, isotropic; people read and write friction."""
+    said, kept = (scene.replace("interaction", name) for name in ("friction", "isotropic"))
+    assert (said, said.hash, said.interaction) == (kept, kept.hash, "isotropic")
+    assert str(said).endswith(", friction)")
+    assert said.to_dict()["interaction"] == "isotropic"
+    with refusal("no key of a scene .* and interaction friction"):
+        said.replace("yarn.set", 0.5)
+
+
+@pytest.mark.parametrize("name", ["course_spacing", "wale_spacing", "loop_length"])
+def test_lengths_of_a_thousand_radii_are_questioned(scene, name):
+    """A loop has tens of radii of yarn: a thousand are mm that were typed as m."""
+    usual = scene.yarn.radius * 30
+    assert questions(scene.replace(f"pattern.{name}", usual)) == []
+    (question,) = questions(scene.replace(f"pattern.{name}", 1e3 * usual))
+    assert re.fullmatch(
+        rf"pattern\.{name} is [\d.]+ m, 30000 radii of the yarn: is it meant in mm\?", question
+    )
 
 
 @pytest.fixture

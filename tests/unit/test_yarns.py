@@ -191,7 +191,7 @@ def test_a_scene_knows_the_tex_of_its_last_yarn(knit):
     assert cotton.hash == knit.vary({"yarn.of": "cotton-20tex"}).hash
 
 
-PAGE = (ROOT / "docs" / "how-to" / "yarns.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "notes" / "shelf.md").read_text(encoding="utf-8")
 
 
 def test_the_page_has_the_table_that_list_prints():
@@ -203,7 +203,7 @@ def test_the_page_has_the_table_that_list_prints():
 
 
 def test_the_yarn_on_the_page_keeps_its_measured_value(tmp_path):
-    _, own = re.findall(r"^```yaml\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
+    (own,) = re.findall(r"^```yaml\n(.*?)^```", PAGE, flags=re.MULTILINE | re.DOTALL)
     path = tmp_path / "my-yarn.yaml"
     path.write_text(own, encoding="utf-8")
     values = read_yarn(str(path)).values

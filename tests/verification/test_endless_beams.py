@@ -87,7 +87,7 @@ def test_start_and_interaction_are_checked(soft):
     with refusal("none is given of shapes at rest"):
         simulate(scene, geometry)
     rough = {"interaction": "rough", "load.start": "drawn"}
-    with refusal("must be isotropic"):
+    with refusal("must be friction"):
         simulate(scene.vary(rough), geometry)
     with refusal("somewhere else"):
         scene.vary({"load.turns": [0.3, 0.3]})

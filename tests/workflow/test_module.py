@@ -1,29 +1,11 @@
-"""Another workflow imports this one, and takes the history of a scene of its own."""
+"""Another workflow imports this one, as its page says, and takes the histories of scenes of its own."""
 
+import re
 import shutil
 import subprocess
+from pathlib import Path
 
-SNAKEFILE = """\
-rule all:
-    input: "force.csv"
-
-module knit:
-    snakefile: {snakefile!r}
-    config: {{"folder": "mine.yaml"}}
-
-use rule * from knit as knit_*
-
-rule force:
-    input: "results/simulation/mine.nc"
-    output: "force.csv"
-    script: "force.py"
-"""
-
-SCRIPT = """\
-import xarray as xr
-
-xr.open_dataset(snakemake.input[0])["force"].to_series().to_csv(snakemake.output[0])
-"""
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "snakemake.md"
 
 SCENE = """\
 studies: []
@@ -38,13 +20,21 @@ def test_a_workflow_imports_this_one(checkout, tmp_path):
     knit = folder / "results" / "geometry" / "plain3x3.nc"
     knit.parent.mkdir(parents=True)
     shutil.copy2(checkout.folder / knit.relative_to(folder), knit)
-    (folder / "Snakefile").write_text(SNAKEFILE.format(snakefile=str(checkout.folder / "Snakefile")))
-    (folder / "mine.yaml").write_text(SCENE)
-    (folder / "force.py").write_text(SCRIPT)
+    page = PAGE.read_text(encoding="utf-8")
+    (study,), (rules,) = (re.findall(rf"```{each}\n(.*?)```", page, re.DOTALL) for each in ("yaml", "python"))
+    there = {"/path/to/checkout/Snakefile": str(checkout.folder / "Snakefile"), "study.yaml": "scenes"}
+    for printed, actual in there.items():
+        assert rules.count(printed) == 1
+        rules = rules.replace(printed, actual)
+    (folder / "Snakefile").write_text(rules)
+    (folder / "scenes").mkdir()
+    (folder / "scenes" / "study.yaml").write_text(study)
+    (folder / "scenes" / "mine.yaml").write_text(SCENE)
     # In a folder of its own: the profile of the checkout is of its own workflow, which cancels the timers that it sets.
-    command = [checkout.python, "-m", "snakemake", "--cores", "1"]
+    command = [checkout.python, "-m", "snakemake", "--cores", "1", "all", "results/simulation/mine.nc"]
     made = subprocess.run(command, cwd=folder, env=checkout.environment, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr
-    assert len((folder / "force.csv").read_text().splitlines()) == 3
+    forces = [float(line.split(",")[1]) for line in (folder / "forces.csv").read_text().splitlines()]
+    assert 0 < forces[0] < forces[1], "friction makes a knit stiffer"
     assert (folder / "results" / "simulation" / "mine.nc").is_file()
-    assert "Lay out" not in made.stderr
+    assert made.stderr.count("Lay out") == 1, "of the jersey alone"

@@ -10,6 +10,7 @@ from pathlib import Path
 import nbclient
 import nbformat
 import pytest
+from conftest import Checkout
 
 ROOT = Path(__file__).resolve().parents[2]
 NO_WINDOW = {"MPLBACKEND": "agg"}
@@ -90,44 +91,53 @@ def test_tutorial(fresh, tmp_path):
     assert (tmp_path / "my-results" / "force.png").stat().st_size > 10_000
 
 
-def test_your_own_jersey(fresh, tmp_path):
-    """All commands, in their order, at less strain and with fewer cells."""
-    (scenes,), (code,) = (blocks("docs/tutorial/jersey.md", language) for language in ("yaml", "python"))
-    small = {f"load.strain: 0.{each}0": "load.strain: 0.05\n    solver.increments: 2" for each in (2, 3)}
-    small |= {"pattern.loops: 4": "pattern.loops: 1", "pattern.rows: 4": "pattern.rows: 3"}
-    for printed, tiny in small.items():
-        assert scenes.count(printed) == 1
-        scenes = scenes.replace(printed, tiny)
-    (tmp_path / "jersey.yaml").write_text(scenes)
-    command = f'set -e\nknitstudy() {{ {shlex.quote(sys.executable)} -m knitstudy "$@"; }}\n'
-    script = command + "\n".join(blocks("docs/tutorial/jersey.md", "bash"))
-    here = {"folder": tmp_path, "environment": fresh.environment}
-    message = run("-c", script, program=("bash",), **here).stdout
-    for line in ("course force over width at the end", "wale strain at the end", "mesh.degree"):
-        assert line in message
-    last = run("-c", code, **here).stdout.splitlines()
-    assert [re.sub(r"\d+ N/m", "_", line) for line in last] == ["cell: _ at 5%", "swatch: _ at 5%"]
-    assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
+JERSEY = "tutorial/jersey"
+ANSWERS = {  # by the page of a question: what its commands print, and the files that they write
+    JERSEY: ("course force over width at the end", "loop.png", "jersey.png", "knit.png"),
+    "how-to/measured": ("contact.friction", "runs/simulation/jersey-lab.png", "runs/fit/jersey-lab.csv"),
+    "how-to/loads": ("N m", "both.csv"),
+    "how-to/cycles": ("J/m2 at", "cycle.png", "cycle.csv"),
+    "how-to/sheet": ("stitch density", "runs/sheet/jersey/sheet.html", "my-sheet/numbers.csv"),
+    "how-to/abaqus": (
+        "hexahedra; m, N, Pa",
+        "runs/sheet/jersey/shell.abaqus.inp",
+        "jersey.inp",
+        "jersey-ccx.inp",
+    ),
+}
+SCREEN = 45  # lines
 
 
-@pytest.mark.parametrize(
-    ("page", "scene", "printed"), [("sheet", "jersey", "jersey"), ("cycles", "cycle", "J/m2 at")]
-)
-def test_a_page_of_a_cell(fresh, tmp_path, page, scene, printed):
-    """The scene, the commands, and the lines in Python, as they are printed."""
-    (own,), (command,), (code,) = (
-        blocks(f"docs/how-to/{page}.md", language) for language in ("yaml", "bash", "python")
-    )
-    (tmp_path / f"{scene}.yaml").write_text(own, encoding="utf-8")
-    here = {"folder": tmp_path, "environment": fresh.environment}
-    for line in command.splitlines():
-        run("-m", *shlex.split(line), **here)
-    assert printed in run("-c", code, **here).stdout
-    written = {
-        "sheet": ("runs/sheet/jersey/sheet.html", "my-sheet/numbers.csv"),
-        "cycles": ("cycle.png", "cycle.csv"),
-    }
-    assert all((tmp_path / name).stat().st_size > 1000 for name in written[page])
+@pytest.fixture(scope="module")
+def jersey(tmp_path_factory):
+    """A folder with the jersey that the pages of questions go on with."""
+    folder = tmp_path_factory.mktemp("jersey")
+    (scene,) = blocks(f"docs/{JERSEY}.md", "yaml")
+    (folder / "jersey.yaml").write_text(scene, encoding="utf-8")
+    return folder
+
+
+@pytest.mark.parametrize("page", ANSWERS)
+def test_a_page_answers_its_question(checkout_copy, jersey, page):
+    """Commands and lines in Python run as they are printed, all pages in one folder."""
+    for lab in blocks(f"docs/{page}.md", "csv"):
+        (jersey / "lab.csv").write_text(lab, encoding="utf-8")
+    here = {"folder": jersey, "environment": Checkout(checkout_copy).environment | NO_WINDOW}
+    printed = ""
+    for commands in blocks(f"docs/{page}.md", "bash"):
+        for line in commands.splitlines():
+            printed += run("-m", *shlex.split(line, comments=True), **here).stdout
+    for code in blocks(f"docs/{page}.md", "python"):
+        printed += run("-c", code, **here).stdout
+    answer, *files = ANSWERS[page]
+    assert answer in printed
+    assert all((jersey / name).stat().st_size > 200 for name in files)
+
+
+@pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake", "how-to/yarns"])
+def test_a_question_has_a_page_of_one_screen(page):
+    assert len((ROOT / f"docs/{page}.md").read_text(encoding="utf-8").splitlines()) <= SCREEN
+    assert f"({page}.md)" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -137,21 +147,22 @@ def test_machine_files(tmp_path, command):
     (tmp_path / "examples").symlink_to(ROOT / "examples")
     (scene,), (printed,) = (blocks("docs/how-to/machine_files.md", each) for each in ("yaml", "bash"))
     (tmp_path / "my-knit.yaml").write_text(scene, encoding="utf-8")
-    for line in (printed.strip(), f"knitstudy {command} my-knit.yaml"):
-        ended = run("-m", *shlex.split(line), folder=tmp_path)
+    for line in printed.replace("knitstudy run", f"knitstudy {command}").splitlines():
+        ended = run("-m", *shlex.split(line, comments=True), folder=tmp_path)
     if command == "run":
         assert "course force over width at the end" in ended.stdout
 
 
 def test_yarns_to_choose(fresh, tmp_path):
     """The commands on the page, in one increment; the mass is that of the yarn."""
-    (scene, _), (printed,) = (blocks("docs/how-to/yarns.md", each) for each in ("yaml", "bash"))
+    (scene,), (printed,) = (blocks("docs/how-to/yarns.md", each) for each in ("yaml", "bash"))
     for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
         assert scene.count(each) == 1
         scene = scene.replace(each, other)
-    (tmp_path / "jersey.yaml").write_text(scene, encoding="utf-8")
+    (tmp_path / "cotton.yaml").write_text(scene, encoding="utf-8")
     here = {"folder": tmp_path, "environment": fresh.environment}
-    listed, checked, ended = (run("-m", *shlex.split(line), **here).stdout for line in printed.splitlines())
+    lines = (shlex.split(line, comments=True) for line in printed.splitlines())
+    listed, checked, ended = (run("-m", *line, **here).stdout for line in lines)
     assert "wool-2-48\t41.7\t" in listed
     assert re.search(r"mass per area \d+ g/m2", checked)
     assert "course force over width at the end" in ended

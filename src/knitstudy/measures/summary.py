@@ -13,6 +13,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS, VERSIONS
 from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES
 from knitstudy.knit.loading.history import FORMS
+from knitstudy.knit.scene.kinds import word_of
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
 
@@ -130,7 +131,7 @@ def _contacts(dataset: xr.Dataset) -> list[Quantity]:
     free = dataset["tied"].to_numpy() == 0
     open_all_the_way = free.any() and not (dataset["contact_area"].to_numpy()[:, free] > 0).any()
     return [
-        Quantity("interaction", dataset.attrs.get("interaction", "unknown")),
+        *_attributes(dataset, {"interaction": ""}),
         Quantity("crossings", dataset.sizes["crossing"], "1"),
         Quantity("crossings that are tied", int(dataset["tied"].sum()), "1"),
         Quantity("crossings with a contact area at the end", int((area > 0).sum()), "1"),
@@ -222,7 +223,7 @@ def _variable(dataset: xr.Dataset, name: str) -> Quantity:
 def _attributes(dataset: xr.Dataset, units: Mapping[str, str]) -> list[Quantity]:
     """Return those attributes that a dataset has."""
     return [
-        Quantity(name.replace("_", " "), _plain(dataset.attrs[name]), unit)
+        Quantity(name.replace("_", " "), word_of(_plain(dataset.attrs[name])), unit)
         for name, unit in units.items()
         if name in dataset.attrs
     ]

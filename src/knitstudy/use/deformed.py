@@ -28,6 +28,7 @@ from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.measures.response import motion
 from knitstudy.use.solids import (
     BAR,
@@ -298,7 +299,7 @@ def write_picture(knit: Deformed, path: Path, title: str) -> None:
     save(draw(knit), [path], {"history": knit.history}, title)
 
 
-def animate(knit: Deformed, path: Path, title: str) -> None:
+def animate(knit: Deformed, path: Path, title: str, progress: ReportProgress = silent) -> None:
     """Write the increments, `FRAMES` of them at most, as an animated WebP, which has no title.
 
     Raises DataFileError when there is one increment alone, and RenderingError when VTK cannot render on this machine.
@@ -310,10 +311,11 @@ def animate(knit: Deformed, path: Path, title: str) -> None:
             f"{path}: {knit.label} is of full load only; an animation takes the colours u_z, slip or force"
         )
     frames = []
-    for increment in _spread(len(knit.strain), FRAMES):
+    for increment in (shown := _spread(len(knit.strain), FRAMES)):
         drawing = draw(knit, increment)
         drawing.set_dpi(resolution())
         frames.append(Image.fromarray(pixels(drawing)[..., :3]))
+        progress(len(frames) / len(shown), "")
     pauses = [PAUSE] * (len(frames) - 1) + [5 * PAUSE]
     with replacing(path) as temporary:
         frames[0].save(

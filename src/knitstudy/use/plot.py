@@ -110,7 +110,7 @@ def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, lab
     table = curve_table(history)
     curve = force_over_strain(table, way)
     if loss := loss_of_cycle(curve):
-        label = f"{label} loss {PERCENT * loss.share:.0f} %".strip()
+        label = f"{label} loss {loss.share:.0%}".strip()
     axes.plot(PERCENT * curve.index, curve, "o-", color=colour, label=label)
     lateral.plot(PERCENT * curve.index, PERCENT * table[STRAIN(across)], color=colour)
     axes.set_ylabel("force per width (N/m)")

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property, wraps
 from typing import Any, ClassVar, Literal, TypeVar, get_type_hints
 
-from pydantic import create_model
+from pydantic import create_model, field_validator
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.keys import (
@@ -28,12 +28,13 @@ from knitstudy.knit.scene.keys import (
     validated,
 )
 from knitstudy.knit.scene.shared_sections import Friction
-from knitstudy.registry import Registry, meanings, near_names
+from knitstudy.registry import Registry, find, meanings, near_names
 
 Sections = dict[str, type[Section]]
 Found = TypeVar("Found")
 
 ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
+WORDS = {"isotropic": "friction"}  # what users read and write for names that digests and kept tables hold
 
 
 class Labels(Section):
@@ -51,10 +52,16 @@ class Labels(Section):
     """Section 3.1: unit cells; Tables 3 and 5 divide by nine of them, cut out of a knit. Checked: all."""
     fidelity: str = numerics("choice", allowed=lambda: meanings(MODELS.all()))
     """Sections 2.3 to 2.6 of the paper: solids, networks of beams; section 3.3: beams in contact. Checked: all."""
-    interaction: str = physics("stated", allowed=lambda: meanings(INTERACTIONS.all()))
-    """Section 2.2, Fig. 2 and Table 1: ties, rough contact, Coulomb friction. Checked: all."""
+    interaction: str = physics("stated", allowed=lambda: meanings(_by_word()))
+    """Section 2.2, Fig. 2 and Table 1: ties, rough contact, friction, which may be called isotropic as there.
+    Checked: all."""
     outputs: tuple[str, ...] = output("choice", allowed="a list of further files, for example [fields, vtu]")
     """No result depends on them. Checked: all."""
+
+    @field_validator("interaction")
+    @classmethod
+    def _kept_name(cls, said: str) -> str:
+        return next((name for name, word in WORDS.items() if word == said), said)
 
 
 class Part(Labels):
@@ -151,11 +158,16 @@ MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
 
 INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction=None))
 INTERACTIONS.register(Interaction(ROUGH, "contact without slip", friction=lambda contact: math.inf))
-INTERACTIONS.register(
-    Interaction(
-        "isotropic", "contact with Coulomb friction", friction=lambda contact: contact.friction, keys=Friction
-    )
-)
+INTERACTIONS.register(Interaction("isotropic", "Coulomb's law", lambda contact: contact.friction, Friction))
+
+
+def word_of(value: Any) -> Any:
+    """Return what users call an interaction, of its recorded name; any other value as it is."""
+    return WORDS.get(value, value) if isinstance(value, str) else value
+
+
+def _by_word() -> dict[str, Interaction]:
+    return {word_of(name): interaction for name, interaction in INTERACTIONS.all().items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -174,7 +186,7 @@ class Kind:
         interaction.
         """
         specimen = SPECIMENS.find(labels.specimen, where)
-        interaction = INTERACTIONS.find(labels.interaction, where)
+        interaction = find("interaction", _by_word(), word_of(labels.interaction), where)
         fidelity = MODELS.find(labels.fidelity, where)
         if fidelity.part(specimen, interaction) is None:
             raise ConfigurationError(f"{where}: {_why_not(specimen, interaction, fidelity)}")
@@ -242,12 +254,12 @@ def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> s
     if specimen.name not in fidelity.specimens:
         others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]
         return f"fidelity is {fidelity.name!r} but must be {' or '.join(others)} where specimen is {specimen.name}"
-    good = [name for name, other in INTERACTIONS.all().items() if fidelity.part(specimen, other)]
+    good = [word for word, other in _by_word().items() if fidelity.part(specimen, other)]
     wanted = f"{' or '.join(good)} where specimen is {specimen.name} and fidelity {fidelity.name}"
     why = (
         "at large strains yarns slip" if interaction.touches else "tied beams are the model of fidelity rom3d"
     )
-    return f"interaction is {interaction.name!r} but must be {wanted}: {why}"
+    return f"interaction is {word_of(interaction.name)!r} but must be {wanted}: {why}"
 
 
 def all_kinds() -> list[Kind]:
@@ -322,4 +334,4 @@ def not_of_kind(kind: Kind, key: str) -> str:
     if key not in all_keys() and key not in all_sections():
         return unknown_key(key)
     of = f"specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
-    return f"{key} is no key of a scene whose {of} and interaction {kind.interaction.name}; leave it out"
+    return f"{key} is no key of a scene whose {of} and interaction {word_of(kind.interaction.name)}; leave it out"

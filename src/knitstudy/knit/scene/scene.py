@@ -40,6 +40,7 @@ from knitstudy.knit.scene.kinds import (
     not_of_kind,
     unit_of,
     unknown_key,
+    word_of,
 )
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
@@ -51,9 +52,9 @@ LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).ro
 USUAL = {
     "yarn.youngs_modulus": (1e6, 1e12, "Pa", "MPa"),
     "yarn.diameter": (1e-6, 0.02, "m", "mm"),
-    "pattern.loop_length": (1e-4, 1.0, "m", "mm"),
 }
 """Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
+LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -179,7 +180,7 @@ class Scene(Part, metaclass=SceneType):
         return hash(json.dumps(self.to_dict(), sort_keys=True))
 
     def __repr__(self) -> str:
-        return f"Scene({self.name!r}: {self.fidelity}, {self.specimen}, {self.interaction})"
+        return f"Scene({self.name!r}: {self.fidelity}, {self.specimen}, {word_of(self.interaction)})"
 
     __str__ = __repr__
 
@@ -420,4 +421,7 @@ def questions(scene: Scene) -> list[str]:
         if not least <= (value := scene.value(name) or least) <= largest:
             usual = f"yarns have {least:g} to {largest:g} {unit}"
             asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
+    for name in ("pattern.course_spacing", "pattern.wale_spacing", "pattern.loop_length"):
+        if (radii := (value := scene.value(name) or 0.0) / scene.yarn.radius) > LONG:
+            asked.append(f"{name} is {value:g} m, {radii:.0f} radii of the yarn: is it meant in mm?")
     return asked

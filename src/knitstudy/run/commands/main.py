@@ -106,10 +106,10 @@ def main(traceback: bool) -> None:
 
     \b
     knitstudy list                               all scenes
-    knitstudy check dns-tie-course               all keys of a scene, with units and sources
-    knitstudy measure rom3d-tie-course           errors and prices of all models on this knit
-    knitstudy plan rom3d-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
-    knitstudy run rom3d-tie-course               simulate a scene and all that it needs
+    knitstudy check yarns-tie-course             all keys of a scene, with units and sources
+    knitstudy measure yarns-tie-course           errors and prices of all models on this knit
+    knitstudy plan yarns-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
+    knitstudy run yarns-tie-course               simulate a scene and all that it needs
 
     `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
     docs/tutorial/tutorial.md does the same from Python.

@@ -60,9 +60,9 @@ def run(
     from. Changed keys of the geometry reach the simulations that a reduced model needs; other keys do not.
 
     \b
-    knitstudy run dns-tie-course-coarse
-    knitstudy run rom3d-tie-course --set mesh.beam_size=0.25
-    knitstudy run dns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
+    knitstudy run cell-course
+    knitstudy run yarns-tie-course --set mesh.degree=3
+    knitstudy run yarns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
     knitstudy run my.yaml                        the scene of a file
     knitstudy run RESULT.nc --anew               what a result file holds, again, from that file alone
@@ -121,7 +121,7 @@ def measure(scene: str, changes: Changes, output: Path, config: Path) -> None:
     The reference value is the limit of solid yarns of degrees 2, 3 and 4. A stopped command goes on where it was.
 
     \b
-    knitstudy measure rom3d-tie-course
+    knitstudy measure yarns-tie-course
     knitstudy measure yarns-isotropic-course --set yarn.poisson_ratio=0.49
     """
     from knitstudy.run.trade import measure as measured

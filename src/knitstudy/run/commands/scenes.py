@@ -13,7 +13,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import known_yarns, read_yarn
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import describe
-from knitstudy.knit.scene.kinds import MODELS, Labels
+from knitstudy.knit.scene.kinds import MODELS, Labels, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
@@ -87,7 +87,7 @@ def list_scenes(
                 if key not in LABELS and (key not in defaults or value != defaults[key])
             }
             texts = ", ".join(
-                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(changed[key])}"
+                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(word_of(changed[key]))}"
                 for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
             )
             rows.append((name, member.family, ",".join(member.studies), texts))
@@ -130,9 +130,9 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     \b
     knitstudy check                              the default configuration
     knitstudy check my-scenes                    a folder, or a file, of your own
-    knitstudy check dns-tie-course               all keys of a scene
-    knitstudy check dns-tie-course --sources     and their sources
-    knitstudy check dns-tie-course --set mesh.size=0.5
+    knitstudy check yarns-tie-course             all keys of a scene
+    knitstudy check yarns-tie-course --sources     and their sources
+    knitstudy check yarns-tie-course --set mesh.size=0.5
     """
     if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
         if changes or sources:
@@ -140,10 +140,13 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         _check_folder(config if what is None else Path(what))
     else:
         scene = changed_scene(what, changes, config)
-        loop = _checked_loop(scene) if "pattern" in scene.sections else None
-        _print_keys(scene, sources, dict(changes))
-        for line in (*filter(None, [loop]), *questions(scene)):
-            click.echo(line)
+        try:
+            loop = _checked_loop(scene) if "pattern" in scene.sections else None
+            _print_keys(scene, sources, dict(changes))
+            click.echo(loop or "", nl=bool(loop))
+        finally:  # a value in another unit may be why there is no loop
+            for question in questions(scene):
+                click.echo(question, err=True)
 
 
 def _check_folder(folder: Path) -> None:
@@ -181,7 +184,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
         said = [getattr(described, column) for column in columns]
         if key in changes:
             said[columns.index("provenance")] = "set here"
-        rows.append((key, value, *said))
+        rows.append((key, word_of(value), *said))
     print_table(("key", "value", *columns), rows)
 
 
@@ -254,7 +257,7 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
     problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
-    name, interaction = problem.scene.name, problem.scene.interaction
+    name, interaction = problem.scene.name, word_of(problem.scene.interaction)
     click.echo(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
     click.echo(f"take {setting}, {choice.promises.basis}")
     if offer := without_edges(problem, ask):

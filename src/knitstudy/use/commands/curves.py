@@ -175,7 +175,7 @@ def fit(
     knitstudy fit jersey.yaml lab.csv
     knitstudy fit jersey.yaml lab.csv --set load.strain=0.1 --between 0.1 0.6
     knitstudy fit jersey.yaml lab.csv --check fidelity=spline_yarns
-    knitstudy fit rom3d-tie-course lab.csv       tied yarns: the modulus alone, from one simulation
+    knitstudy fit yarns-tie-course lab.csv       tied yarns: the modulus alone, from one simulation
 
     A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points up to
     the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is

@@ -12,6 +12,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
+from knitstudy.knit.scene.scene import questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import (
@@ -71,7 +72,7 @@ def loop(
     knitstudy loop --course 0.9e-3 --wale 1.1e-3 --diameter 0.25e-3
     knitstudy loop --courses 1100 --wales 900 --tex 30 --density 909
     knitstudy loop --points my-loop.csv --course 13e-3 --diameter 1.8e-3
-    knitstudy loop rom3d-tie-course              the loop of a scene
+    knitstudy loop yarns-tie-course              the loop of a scene
 
     A file of points has x, y, z of one loop from a sinker's centre to the next one's, its last row: in m, or in mm with
     the columns "x (mm), y (mm), z (mm)". Where it stands, and from which side it is seen, does not matter. It is made
@@ -97,6 +98,8 @@ def loop(
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
+    for question in questions(chosen):
+        click.echo(question, err=True)
     geometry = lay_out(chosen)
     if "state" not in geometry.dims:
         raise ConfigurationError(

@@ -12,7 +12,7 @@ import click
 
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import read_dataset, read_table, write_table
-from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
 from knitstudy.run.commands import console
@@ -99,12 +99,12 @@ def show(
     another file, print what differs: keys of the two scenes, then numbers side by side with their ratio.
 
     \b
-    knitstudy show runs/simulation/dns-tie-course.nc
-    knitstudy show runs/simulation/dns-tie-course.nc --keys
-    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc
-    knitstudy show runs/simulation/dns-tie-course.nc --plot force.png
+    knitstudy show runs/simulation/yarns-tie-course.nc
+    knitstudy show runs/simulation/yarns-tie-course.nc --keys
+    knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc
+    knitstudy show runs/simulation/yarns-tie-course.nc --plot force.png
     knitstudy show runs/simulation/cell-course.nc --curve curve.csv
-    knitstudy show runs/simulation/dns-tie-course.nc runs/simulation/rom3d-tie-course.nc --plot both.png
+    knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc --plot both.png
     knitstudy show runs/simulation/cell-course.nc --picture knit.webp --picture knit.html
     knitstudy show results/tables/simulation_tie.csv
     """
@@ -132,6 +132,7 @@ def show(
             quantities = [*summarise(dataset), *_construction(dataset, file)]
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
+        click.echo(f"drawing {plot} ...", err=True)
         both = [dataset, *([read_dataset(other)] if other is not None else [])]
         with _naming(file):
             kind, drawing = kind_of(dataset), draw(*both)
@@ -168,6 +169,7 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     Raises DataFileError when a name has another ending than the format of a picture, or the file holds no history;
     ConfigurationError when the history does not hold the values of the colour.
     """
+    from knitstudy.knit.loading.run import Progress
     from knitstudy.use import deformed
     from knitstudy.use.vtu import solids
 
@@ -180,7 +182,10 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
     for path in pictures:
         click.echo(f"drawing {path} ...", err=True)
-        deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
+        if path.suffix == ".webp":
+            deformed.animate(knit, path, "", Progress(f"drawing {path}"))
+        else:
+            deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
         click.echo(f"drawn: {path}", err=True)
 
 
@@ -190,7 +195,7 @@ def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
 
     keys, sources = keys_of(dataset, file)
     own = {f"{name}: {key}": value for name, part in sources.items() for key, value in flat(part).items()}
-    return flat(keys) | own
+    return {key: word_of(value) for key, value in (flat(keys) | own).items()}
 
 
 def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
@@ -238,7 +243,7 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     knitstudy export dns-tie-course --dialect calculix
     knitstudy export pair-slid-90 --dialect abaqus --set mesh.size=0.3 -o pair.inp
     knitstudy export cell-course-isotropic --dialect calculix
-    knitstudy export runs/simulation/rom3d-tie-course.nc --dialect paraview
+    knitstudy export runs/simulation/yarns-tie-course.nc --dialect paraview
     knitstudy export runs/simulation/cell-course.nc --dialect shell
     """
     from knitstudy.run.plan import Plan
@@ -260,8 +265,8 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     if not stage.of(chosen):
         raise ConfigurationError(
             f"scene {chosen.name!r}: a deck is of hexahedra (specimens knit, cut_knit and pair), or of a cell with "
-            f"fidelity spline_yarns and interaction isotropic or rough, but this is a {chosen.specimen} with "
-            f"{chosen.fidelity} and {chosen.interaction}; a tied cell's result (.nc) has --dialect shell"
+            f"fidelity spline_yarns and interaction friction or rough, but this is a {chosen.specimen} with "
+            f"{chosen.fidelity} and {word_of(chosen.interaction)}; a tied cell's result (.nc) has --dialect shell"
         )
     chosen, path = Plan.of(config).labelled(chosen), output or Path(f"{chosen.name}.{dialect}.inp")
     geometry = STAGES["geometry"].function(chosen)
