@@ -26,6 +26,7 @@ from typing import (
 )
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 from pydantic._internal._model_construction import ModelMetaclass
 from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
@@ -157,7 +158,6 @@ class Section(BaseModel, metaclass=SectionType):
         strict=True,
         allow_inf_nan=False,
         defer_build=True,
-        use_attribute_docstrings=True,  # the text below a key is the description of its field
     )
 
     def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
@@ -175,11 +175,26 @@ def said(part: Any) -> Any:
 
 @cache
 def describe(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section; the text below the key gives source and checked range."""
-    field = section.model_fields[name]
-    known: Any = field.json_schema_extra
+    """Return the description of the key `name` of a section, without source and checked range; see `documented`."""
+    known: Any = section.model_fields[name].json_schema_extra
     assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
-    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    return known
+
+
+@cache
+def _texts(section: type[Section]) -> dict[str, str]:
+    """Return the texts below the keys of a section and of its bases."""
+    read = (extract_docstrings_from_cls(base, True) for base in section.__mro__ if issubclass(base, Section))
+    return {name: text for texts in reversed([*read]) for name, text in texts.items()}
+
+
+def documented(section: type[Section], name: str) -> Description:
+    """Return the description of the key `name` of a section; the text below the key gives source and checked range.
+
+    Texts are read from the source when they are asked for: those of all sections take as long as a mesh.
+    """
+    source, _, checked = " ".join(_texts(section).get(name, "").split()).partition(" Checked: ")
+    known = describe(section, name)
     return replace(known, source=source.removesuffix("."), checked=checked.removesuffix(".") or "none")
 
 
