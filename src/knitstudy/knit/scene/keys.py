@@ -175,25 +175,20 @@ def said(part: Any) -> Any:
 
 @cache
 def describe(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section, without source and checked range; see `documented`."""
+    """Return the description of the key `name` of a section, without source and checked range."""
     known: Any = section.model_fields[name].json_schema_extra
     assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
     return known
 
 
-@cache
-def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts below the keys of a section and of its bases."""
-    read = (extract_docstrings_from_cls(base, True) for base in section.__mro__ if issubclass(base, Section))
-    return {name: text for texts in reversed([*read]) for name, text in texts.items()}
+_texts = cache(partial(extract_docstrings_from_cls, use_inspect=True))
 
 
 def documented(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section; the text below the key gives source and checked range.
-
-    Texts are read from the source when they are asked for: those of all sections take as long as a mesh.
-    """
-    source, _, checked = " ".join(_texts(section).get(name, "").split()).partition(" Checked: ")
+    """Return the description of a key with source and checked range, which are read from the text below the key."""
+    bases = (base for base in section.__mro__ if issubclass(base, Section))
+    text = next((texts[name] for texts in map(_texts, bases) if name in texts), "")
+    source, _, checked = " ".join(text.split()).partition(" Checked: ")
     known = describe(section, name)
     return replace(known, source=source.removesuffix("."), checked=checked.removesuffix(".") or "none")
 
