@@ -72,6 +72,7 @@ FULL = RESOURCES / "full"  # What pages of smaller studies show in place of thei
 FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
 FULL_FIGURES = ("fig11_sweeps", "fig_readings")
+PAGE_TABLES = ("springs", "table2_springs", "table4_angles")  # Beside the pictures of the page
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper, .*$", re.MULTILINE)
 
@@ -110,9 +111,10 @@ def keep_verdicts(config: Path = CONFIG) -> str:
     readings = read_table(reference_files(config)["readings"])
     behind = pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]})
     write_table(stamped(behind, command), FULL_SCENES)
-    for name in filter(set(FULL_TABLES).__contains__, tables.names()):
+    folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
+    for name in filter(folders.__contains__, tables.names()):
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
-        write_table(stamped(shown_elsewhere, command), FULL / f"{name}.csv")
+        write_table(stamped(shown_elsewhere, command), folders[name] / f"{name}.csv")
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
     for name in shown:
         sources = sources_of(figures, name)

@@ -37,7 +37,14 @@ from knitstudy.run.plan import Plan
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
 from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.measured_curve import (
+    PULL,
+    STRAIN,
+    curve_table,
+    force_over_strain,
+    left_by_cycle,
+    loss_of_cycle,
+)
 from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution, styled
 
 log = logging.getLogger(__name__)
@@ -55,7 +62,7 @@ VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this 
 NOT_KNOWN, UNBUILT = "not known", "not built yet for yarns that touch"
 NEEDS_TEX = ("tightness factor", "mass per area")
 GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
-BANDS = "Uncertainties are at least the difference to a start without friction at rest."
+BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
 UNKNOWN = f"The error of the model comes on top; it is known of knits and purls with gates.point up to {VERIFIED:g}."
@@ -305,9 +312,12 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
             row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
         row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
         row(way, f"{way} energy to {force:g} N/m", "J/m2", 1.0, "energy [J/m2]", pull, force)
-        loss = loss_of_cycle(force_over_strain(curves[way][0], way))
+        forces = force_over_strain(curves[way][0], way)
+        loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
         rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
+        what = "or less: the way back ends there" if carries else "least width of the band at rest"
+        rows.append(_row(f"{way} strain that a cycle leaves", [PERCENT * left_by_cycle(forces)], "%", what))
     pull = PULL("course")
     for load in (load for load in curves if load not in STRAINS):
         row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)

@@ -12,6 +12,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -111,6 +112,26 @@ def loss_of_cycle(curve: pd.Series, cycle: int = 1) -> Loss | None:
         return None
     work, back = (abs(float(np.trapezoid(part, part.index))) for part in (up, down[0]))
     return Loss(work, 1 - back / work, float(up.max()))
+
+
+def left_by_cycle(curve: pd.Series) -> float:
+    """Return the strain at which the force ends on the first way back; nan where the curve has none.
+
+    Friction holds a knit there: the band of its shapes at rest is at least this wide (Crassous, Poincloux and
+    Steinberger 2024, doi 10.1103/PhysRevLett.133.248201). The last strain of a way back that carries force to its end.
+
+    Examples
+    --------
+    >>> left_by_cycle(pd.Series([0.0, 4, 2, -2], index=[0.0, 0.5, 0.25, 0.125]))
+    0.1875
+    """
+    _, *back = branches(curve)[:2]
+    if not back:
+        return nan
+    rising = back[0][::-1]
+    first = int(np.argmax(rising.to_numpy() > 0))
+    pair = rising.iloc[max(first - 1, 0) : first + 1]
+    return float(np.interp(0.0, pair, pair.index))
 
 
 def branches(curve: pd.Series) -> list[pd.Series]:

@@ -36,6 +36,7 @@ NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that coun
 SAME_NORMAL = 9.0
 MEANINGS = {"of the pressure": MAIN, "of pressure and friction": "resultant"}
 SAVINGS = ("DOF", "memory growth", "processor time")
+SCATTER = 0.2  # of the memory of one run (docs/notes/performance.md)
 NO_3D = "the study has no 3D ROM with ties and with isotropic friction in course tension"
 
 
@@ -253,10 +254,11 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
         yield Row(f"memory growth, {label}", f"{ours[name]:.1f} MB", f"{theirs[name]:g} MB")
     unknowns, memory, time = _savings(models["dns"], case)
     more, name = theirs["dns"] / theirs["rom3d"], "memory growth, DNS over 3D ROM"
-    yield at_least(name, memory, f"{more:.1f}", more / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
+    scattered = Estimate(memory, 2 * SCATTER * memory)
+    yield at_least(name, scattered, f"{more:.1f}", more / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
     extra, usual = ((of["rom3d"] - of["rom2d"]) / of["dns"] for of in (ours, theirs))
-    name = "memory growth, 3D ROM less 2D ROM over DNS"
-    yield at_most(name, extra, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}")
+    name, scattered = "memory growth, 3D ROM less 2D ROM over DNS", Estimate(extra, 2 * SCATTER * extra)
+    yield at_most(name, scattered, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}")
     counts = reported["degrees of freedom"]
     fewer = counts["dns"] / counts["rom3d"]
     yield Row("degrees of freedom, DNS over 3D ROM", f"{unknowns:.0f}", f"{fewer:.0f}")
@@ -281,8 +283,10 @@ def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     if len({made_of(model.scene) for model in direct}) != 1 or len(direct) < 2:
         direct = [case.dns for case in cases]
     for name, ours, theirs in zip(SAVINGS, *map(_savings, direct, cases), strict=True):
-        bar = 1 / COMPARABLE
-        yield at_least(f"{name} saved, over that with ties", ours / theirs, "similar", bar, sense=0.0)
+        label, share = f"{name} saved, over that with ties", ours / theirs
+        row = comparable(label, share, 1.0, f"{share:.2f}", "similar", direction=ours > 1)
+        # Both networks, and both meshes, have the same unknowns; memory scatters too far to be tested.
+        yield row if name == SAVINGS[-1] else replace(row, grade="")
         yield Row(f"{name}, DNS over 3D ROM, friction", f"{ours:,.4g}")
     note = f"DNS: {made_of(direct[0].scene)}"
     yield Remark(note, _names(slides.dns, *direct, tie.main["rom3d"], slides.main["rom3d"]))

@@ -14,7 +14,10 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
+    CONTRADICTED,
+    DIRECTION,
     GRADES,
+    REPRODUCED,
     UNDECIDABLE,
     NotRun,
     Remark,
@@ -37,28 +40,49 @@ DECIDES = "isotropic", "rigid"  # Interaction and joints of the network that dec
 @CLAIMS.add("K10", key=DIAMETER, sign=-1)
 def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
     """Yield that u_z grows (sign 1) with course spacing, falls (-1) with the diameter of the yarn."""
-    along = (key, evidence.held) == (SPACING, ALONG)
-    key, keep = (ALONG, "shape") if along else (key, evidence.held)
-    held = {
-        sweep.interaction: sweep
-        for sweep in sweeps_of(key, evidence.rows, evidence.reference)
-        if sweep.main and sweep.keep == keep and len(sweep.points) >= FEWEST
-    }
+    held = _of_reading(evidence, key, evidence.held)
     if "isotropic" not in held:
         raise NotRun(
             f"the study has no sweep of {key} with {FEWEST} values, {HELD[evidence.held]} and friction"
         )
-    claimed = "grows" if sign > 0 else "falls"
-    for kind in sorted(held):
-        u_z = [point.u_z for point in held[kind].points]
-        row = trend(f"|u_z| {claimed}, {HELD[evidence.held]}, {INTERACTIONS[kind]}", u_z, sign, claimed)
-        yield row if kind == "isotropic" else Row(row.quantity, row.ours)
+
+    def test(sweep: Sweep, keep: str) -> Row:
+        claimed, u_z = "grows" if sign > 0 else "falls", [point.u_z for point in sweep.points]
+        name = f"|u_z| {claimed}, {HELD[keep]}, {INTERACTIONS[sweep.interaction]}"
+        return trend(name, u_z, sign, claimed)
+
+    main, others = test(held["isotropic"], evidence.held), []
+    # The paper does not print what is held: meanings that disagree leave the claim open.
+    if evidence.base is None:
+        meanings = {keep: _of_reading(evidence, key, keep) for keep in HELD if keep != evidence.held}
+        others = [test(of["isotropic"], keep) for keep, of in meanings.items() if "isotropic" in of]
+    grades = {row.grade for row in (main, *others)}
+    if CONTRADICTED in grades and grades & {REPRODUCED, DIRECTION}:
+        main = replace(main, grade=UNDECIDABLE)
+    yield main
+    others += [test(held[kind], evidence.held) for kind in sorted(held) if kind != "isotropic"]
+    yield from (replace(row, paper="", grade="") for row in others)
     points = held["isotropic"].points
     ends = (f"{1e3 * points[end].u_z.value:.3f}" for end in (0, -1))
     yield Row("from end to end", f"{' to '.join(ends)} mm")
     for kind in sorted(held):
-        yield from _values(key, held[kind])
+        yield from _values(_swept(key, evidence.held)[0], held[kind])
     yield Remark(scenes=tuple(point.scene.name for point in points))
+
+
+def _swept(key: str, keep: str) -> tuple[str, str]:
+    """Return the key that is swept under a reading of what is held fixed (`HELD`), and the pattern's ``keep``."""
+    return (ALONG, "shape") if (key, keep) == (SPACING, ALONG) else (key, keep)
+
+
+def _of_reading(evidence: Evidence, key: str, keep: str) -> dict[str, Sweep]:
+    """Return the sweeps of a key by interaction, of a reading of what is held fixed."""
+    key, keep = _swept(key, keep)
+    return {
+        sweep.interaction: sweep
+        for sweep in sweeps_of(key, evidence.rows, evidence.reference)
+        if sweep.main and sweep.keep == keep and len(sweep.points) >= FEWEST
+    }
 
 
 def _values(key: str, sweep: Sweep) -> Iterator[Row]:

@@ -17,7 +17,7 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.paper.claims import CLAIMS, DECIDED, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
+from knitstudy.paper.claims import CLAIMS, DECIDED, GRADES, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
 from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
 from knitstudy.paper.columns import FORCE, U_Z
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
@@ -193,13 +193,16 @@ def conclude(
     row |= {"uncertainty": "", "readings": "", "depends on": ""}
     if row["verdict"] in DECIDED:
         row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
-    decided = [other for other in under[1:] if claim in other.touched and other.verdicts[claim] in DECIDED]
+    touching = [other for other in under[1:] if claim in other.touched]
+    decided = [other for other in touching if other.verdicts[claim] in DECIDED]
     if row["verdict"] == NOT_RUN or not decided:
         return row
     alike = sum(other.verdicts[claim] == row["verdict"] for other in decided)
     turned = [other for other in decided if claim in other.turned]
+    left_open = sum(other.verdicts[claim] == UNDECIDABLE for other in touching)
+    text = f"{alike} of {len(decided)}"
     return row | {
-        "readings": f"{alike} of {len(decided)}",
+        "readings": f"{text}; {left_open} undecidable" if left_open else text,
         "depends on": "; ".join(f"{other.reading.reading}: {other.verdicts[claim]}" for other in turned),
     }
 
@@ -235,12 +238,17 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     """Return in words how many claims are reproduced, by the day of their rules; verdicts may be older than rules."""
     known = dict(zip(verdicts["id"], verdicts["verdict"], strict=True))
     verdict, counts = rules["id"].map(known).fillna(NOT_RUN), rules["counts"] == COUNTS
-    dated = rules.loc[counts & (verdict == REPRODUCED), "dated"].value_counts()
+    reproduced = counts & (verdict == REPRODUCED)
+    dated = rules.loc[reproduced, "dated"].value_counts()
     parts = ", ".join(f"{dated.get(name, 0)} {words}" for name, words in DATED.items())
-    older = (counts & (rules["older verdict"] == REPRODUCED)).sum()
+    before = counts & (rules["older verdict"] == REPRODUCED)
+    rose = reproduced & ~before & rules["older verdict"].notna()
+    fell = before & verdict.isin(GRADES) & ~reproduced
     constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
     text = (
-        f"Of {len(rules)} claims of the paper, {dated.sum()} are reproduced: {parts}. The older rules reproduce "
-        f"{older}. True by construction, and not counted: {', '.join(constructed)}."
+        f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
+        f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "
+        f"raised {rose.sum()} of the others to reproduced, and took {fell.sum()} back. True by construction, and not "
+        f"counted: {', '.join(constructed)}."
     )
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text

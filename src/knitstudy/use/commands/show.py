@@ -145,12 +145,16 @@ def show(
 def _construction(dataset: xr.Dataset, file: Path) -> list[Quantity]:
     """Return the construction of a geometry as drawn, or of a cell of beams where its load begins."""
     from knitstudy.measures.construction import at_rest, drawn
+    from knitstudy.measures.summary import Quantity
 
     if "cell_width" not in dataset.attrs or "force" not in dataset:
         return drawn(dataset)
     scene = console.recorded(str(file), {})[0]
     pattern = scene.value("pattern")
-    return at_rest(dataset, pattern.loops, pattern.rows, scene.yarn.radius)
+    numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.yarn.radius)
+    if scene.value("load.start") != "drawn":
+        numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {scene.name}"))
+    return numbers
 
 
 def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tuple[Path, ...]) -> None:
