@@ -110,6 +110,18 @@ def test_your_own_jersey(fresh, tmp_path):
     assert all((tmp_path / f"{name}.png").stat().st_size > 10_000 for name in ("loop", "cell", "edges"))
 
 
+def test_a_study_of_parameters(fresh, tmp_path):
+    """Three of six scenes are simulated, and forces are proportional to the modulus."""
+    (code,) = blocks("docs/how-to/study.md", "python")
+    ended = run("-c", code, folder=tmp_path, environment=fresh.environment)
+    names, *rows = (line.split() for line in ended.stdout.splitlines())
+    assert names[:2] == ["contact.friction", "yarn.youngs_modulus"]
+    assert [len(row) for row in rows] == [3] * 3 + [5] * 3, "name and digest of what is scaled"
+    for soft, stiff in zip(rows[:3], rows[3:], strict=True):
+        assert float(stiff[2]) == pytest.approx(2 * float(soft[2]), rel=1e-4)
+    assert "6 scenes" in ended.stderr
+
+
 @pytest.mark.parametrize(
     ("page", "scene", "printed"), [("sheet", "jersey", "jersey"), ("cycles", "cycle", "J/m2 at")]
 )

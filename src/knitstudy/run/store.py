@@ -93,18 +93,16 @@ class Store:
 
     def found(self, step: Step) -> xr.Dataset | None:
         """Return the dataset of a step that is kept, whole and up to date; one that is damaged is a warning."""
-        for path in (folder / step.path for folder in (self.folder, *self.also) if folder is not None):
-            if path.is_file():
-                if (result := _kept(path, step.digest)) is not None:
-                    log.info(f"{step}: taken from %s", path)
-                    return result
-                log.info(f"{step}: %s is not up to date", path)
+        for path in self._paths(step):
+            if (result := _kept(path, step.digest)) is not None:
+                log.info(f"{step}: taken from %s", path)
+                return result
+            log.info(f"{step}: %s is not up to date", path)
         return None
 
     def holds(self, step: Step) -> bool:
         """Return whether the result of a step is kept and up to date, without reading it."""
-        path = self._path(step)
-        return path is not None and path.is_file() and digest_or_warning(path) == step.digest
+        return any(digest_or_warning(path) == step.digest for path in self._paths(step))
 
     def scale(self, step: Step) -> None:
         """Write the history of a step where that of a scene is kept whose stiffnesses differ by one factor.
@@ -176,6 +174,10 @@ class Store:
             return {}
         reasons = {step.scene.name: why(step) for step in simulations}
         return {name: reason for name, reason in reasons.items() if reason}
+
+    def _paths(self, step: Step) -> list[Path]:
+        folders = [folder for folder in (self.folder, *self.also) if folder is not None]
+        return [path for folder in folders if (path := folder / step.path).is_file()]
 
     def _path(self, step: Step) -> Path | None:
         return None if self.folder is None else self.folder / step.path
