@@ -12,6 +12,7 @@ from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, fabri
 from knitstudy.errors import ConvergenceError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
@@ -214,7 +215,12 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     sheet = fabric_sheet(scene)
     table = sheet.numbers.set_index("quantity")
     assert table.loc["course strain at 100 N/m", ["value", "uncertainty"]].tolist() == ["9.091", "0.91"]
-    assert table.loc["tightness factor"].tolist() == [
+    length = float(table.loc["length of yarn in a stitch", "value"])  # mm
+    assert float(table.loc["tightness factor", "value"]) == pytest.approx(
+        np.sqrt(500) / (0.1 * length), rel=1e-3
+    )
+    without = fabric_sheet(Scene.from_dict(scene.to_dict(), "scene")).numbers.set_index("quantity")
+    assert without.loc["tightness factor"].tolist() == [
         "not known",
         "not known",
         "",

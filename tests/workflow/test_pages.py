@@ -155,6 +155,20 @@ def test_machine_files(tmp_path, command):
         assert "course force over width at the end" in ended.stdout
 
 
+def test_yarns_to_choose(fresh, tmp_path):
+    """The commands on the page, in one increment; the mass is that of the yarn."""
+    (scene, _), (printed,) = (blocks("docs/how-to/yarns.md", each) for each in ("yaml", "bash"))
+    for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
+        assert scene.count(each) == 1
+        scene = scene.replace(each, other)
+    (tmp_path / "jersey.yaml").write_text(scene, encoding="utf-8")
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    listed, checked, ended = (run("-m", *shlex.split(line), **here).stdout for line in printed.splitlines())
+    assert "wool-2-48\t41.7\t" in listed
+    assert re.search(r"mass per area \d+ g/m2", checked)
+    assert "course force over width at the end" in ended
+
+
 def test_site(tmp_path):
     """MkDocs builds the site of `make docs` without a warning. A broken section in a docstring causes a warning."""
     build = ("-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path))

@@ -147,8 +147,8 @@ def fabric_sheet(
         A knit or a cell of any model; its fabric is simulated as a cell of beams that slide with friction. It starts
         from rest unless its drawn loops are free of stress (`load.start: drawn`).
     tex : float
-        Linear density of the yarn [g/km] (`knitstudy.measures.construction.tex_of` a density); without it there is no
-        mass.
+        Linear density of the yarn [g/km] (`knitstudy.measures.construction.tex_of` a density), by default that of the
+        scene (`yarn.of`, `yarn.tex`); without it there is no mass.
     force : float
         Force per width up to which it is pulled [N/m].
     ratios : sequence of float
@@ -163,7 +163,7 @@ def fabric_sheet(
     ConvergenceError
         When the fabric does not find its shape at rest.
     """
-    cell = cell_of(scene)
+    cell, tex = cell_of(scene), scene.tex if isnan(tex) else tex
     starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
     for question in questions(cell):
         log.warning(question)

@@ -20,9 +20,10 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
-from knitstudy.knit.scene.keys import Section, declared, validated
+from knitstudy.knit.scene.keys import Positive, Section, declared, validated
 from knitstudy.knit.scene.knitout import repeat_of
 from knitstudy.knit.scene.stitches import size_of_repeat
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.registry import find
 
 log = logging.getLogger(__name__)
@@ -46,9 +47,10 @@ KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
 OF = "yarn.of"
 """A yarn by its name in ``resources/yarns``, or by the path of a user's file."""
 
-FOLDER = RESOURCES / "yarns"
+FOLDER, FIBRES = RESOURCES / "yarns", RESOURCES / "fibres.yaml"
 
 KEYS = {
+    "tex": (TEX, "g/km"),
     "diameter": ("yarn.diameter", "m"),
     "stretching": ("yarn.stretching", "N"),
     "bending": ("yarn.bending", "N m2"),
@@ -58,6 +60,10 @@ KEYS = {
     "friction": ("contact.friction", "1"),
 }
 """The key of a scene, and its unit, of every value of a yarn."""
+
+UNITS = {part: unit for part, (_, unit) in KEYS.items()} | {"packing": "1", "pull": "N/tex", "extension": "1"}
+OF_FIBRE = {"density": "kg/m3", "modulus": "N/tex", "pressure": "Pa", "pressing_exponent": "1"}
+"""Units of all values of a yarn, where `pull` and `extension` are a point of its curve, and of a fibre."""
 
 STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
 """Keys that replace the stiffness of a solid circle."""
@@ -110,13 +116,13 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
 
 
 def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets.
+    """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets, with its tex if known.
 
     A loop length that the yarn has in a fabric of the same stitches is among the former: the loop is drawn then.
     """
-    remaining = dict(keys)
+    remaining, tex = dict(keys), {TEX: keys[TEX]} if TEX in keys else {}
     if OF not in remaining:
-        return remaining, {}
+        return remaining, tex
     yarn, stitches = read_yarn(remaining.pop(OF), where), tuple(remaining.get(STITCHES) or ())
     lengths = [
         loop_length.value
@@ -125,10 +131,11 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     ]
     if lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
         remaining[LENGTH] = lengths[-1]
-    values = {KEYS[part][0]: entry.value for part, entry in yarn.values.items() if entry.value is not None}
+    known = [(part, entry.value) for part, entry in yarn.values.items() if entry.value is not None]
+    values = {KEYS[part][0]: value for part, value in known if part in KEYS}
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
-    return remaining, values
+    return remaining, values | tex
 
 
 def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:
@@ -228,7 +235,10 @@ def _table(path: Path) -> np.ndarray:
     return points * (1e-3 if units == {"mm"} else 1.0)
 
 
-# Yarns as files: measured, printed, fitted or assumed values, each with its unit and its source
+# Yarns as files: values with unit and source; estimates, of fibres that slide or are bonded (docs/how-to/yarns.md)
+
+OTHER, UPPER = [0, 2, 1], [False, True, False]  # of a value, the upper and the lower end
+SHAPE = np.array([0.8, 1.0, 0.59])  # eta: wool, circles, silk (Morton and Hearle 2008, chapter 17)
 
 
 class Value(Section):
@@ -236,11 +246,18 @@ class Value(Section):
 
     value: float | None = declared(allowed="a number in the unit, or null where it is not known")
     unit: str = declared()
-    provenance: Literal["measured", "printed", "fitted on stockinette", "assumed", "unknown"] = declared()
+    provenance: Literal[
+        "measured", "printed", "fitted on stockinette", "from a source", "estimated", "assumed", "unknown"
+    ] = declared()
     source: Annotated[str, Field(min_length=1)] = declared(allowed="a text: where the value comes from")
     interval: tuple[float, float] | None = declared(
         allowed="the lowest and the highest value that go as well, or null", default=None
     )
+
+    @property
+    def ends(self) -> Floats:
+        """The value, and the upper and the lower end of its interval."""
+        return np.array([self.value, *(self.interval or (self.value, self.value))[::-1]], dtype=float)
 
 
 class LoopLength(Value):
@@ -251,12 +268,22 @@ class LoopLength(Value):
     )
 
 
+class Strand(Section):
+    """Fibres of one kind in a yarn; the last strand is the outer one."""
+
+    fibre: str = declared(allowed="a fibre of resources/fibres.yaml")
+    tex: Positive = declared(unit="g/km")
+    fibre_tex: Positive = declared(unit="g/km")
+    length: float = declared(meaning="metres of it in a metre of the yarn", default=1.0, ge=1)
+
+
 class YarnFile(Section):
-    """A yarn: its name for people, its values, and how much of it there is in a stitch of some fabrics."""
+    """A yarn: its name for people, its values or strands, and how much of it there is in a stitch of some fabrics."""
 
     name: str = declared(allowed="a text", default="")
     values: dict[str, Any] = declared(allowed="a group of values, such as diameter")  # of `Value`
     loop_lengths: tuple[Any, ...] = declared(allowed="a list of lengths", default=())  # of `LoopLength`
+    strands: tuple[Any, ...] = declared(allowed="a list of strands", default=())  # of `Strand`
 
 
 def known_yarns() -> dict[str, Path]:
@@ -265,22 +292,60 @@ def known_yarns() -> dict[str, Path]:
 
 
 def read_yarn(name: str, where: str = OF) -> YarnFile:
-    """Return a yarn by its name, or from a file of the user.
+    """Return a yarn by its name, or from a file of the user, with estimates of what its strands give and it leaves out.
 
     Raises ConfigurationError, naming the file, the value and the allowed values.
     """
     own = Path(str(name))
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
     yarn = validated(YarnFile, read_yaml(path), where := str(path))
-    values = {part: validated(Value, entry, where, f"{part}.") for part, entry in yarn.values.items()}
+    values = _values(yarn.values, UNITS, where)
+    lengths = tuple(
+        validated(LoopLength, loop_length, where, "loop_lengths.") for loop_length in yarn.loop_lengths
+    )
+    if strands := [validated(Strand, strand, where, "strands.") for strand in yarn.strands]:
+        values = _estimates(strands, values, where) | values
+    return yarn.model_copy(update={"values": values, "loop_lengths": lengths})
+
+
+def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) -> dict[str, Value]:
+    """Return values by name, each in the unit that it must have."""
+    values = {part: validated(Value, entry, where, f"{part}.") for part, entry in entries.items()}
     for part, quantity in values.items():
-        _, unit = find("value of a yarn", KEYS, part, where)
+        unit = find("value of a yarn", units, part, where)
         if quantity.unit != unit:
             raise ConfigurationError(f"{where}: {part}.unit is {quantity.unit!r} but must be {unit!r}")
         if (quantity.value is None) != (quantity.provenance == "unknown"):
             only = "where its provenance is unknown, and only there"
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
-    lengths = tuple(
-        validated(LoopLength, loop_length, where, "loop_lengths.") for loop_length in yarn.loop_lengths
-    )
-    return yarn.model_copy(update={"values": values, "loop_lengths": lengths})
+    return values
+
+
+def _estimates(strands: list[Strand], values: Mapping[str, Value], where: str) -> dict[str, Value]:
+    """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3)."""
+    known = {part: value.ends for part, value in values.items() if value.value is not None}
+    if min(known.get("packing", [0])) <= 0:
+        raise ConfigurationError(f"{where}: packing is missing or not above 0; a diameter needs it")
+    fibres = [_values(find("fibre", read_yaml(FIBRES), s.fibre, where), OF_FIBRE, where) for s in strands]
+    rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
+    T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)
+    tex, volume, straight = np.sum([T * length, T * length / rho[:, OTHER], E * T], axis=1)
+    diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
+    curve = {"pull", "extension"} <= known.keys()
+    slack = tex * known["pull"] / known["extension"][OTHER] if curve else np.min(E * T, axis=0)
+    sliding = SHAPE * 1e-6 * np.sum(E * T * t / (4 * pi * rho[:, OTHER] * length), axis=0)
+    stretching, bending = np.where(UPPER, (straight, straight * diameter**2 / 16), (slack, sliding))
+    found = {
+        "tex": (tex, "sum of T length"),
+        "diameter": (diameter, "sqrt(4 V / (pi packing)), V = sum of T length / rho"),
+        "stretching": (stretching, "tex pull / extension, else that of the softest strand; up to sum of E T"),
+        "bending": (bending, "sum of eta E T t / (4 pi rho length); up to d2 / 16 times sum of E T"),
+        "twisting": (bending * [1 / 1.33, 1 / 1.33, 0.1], "bending / (1 + 0.33); down to bending / 10"),
+        "pressing": (pressure[-1] * diameter**2, "pressure d2, of the outer strand"),
+        "pressing_exponent": (exponent[-1], "of the outer strand"),
+    }
+    return {
+        part: Value(value=x, unit=UNITS[part], provenance="estimated", source=formula, interval=(low, high))
+        for part, (ends, formula) in found.items()
+        for x, high, low in [ends.tolist()]
+    }

@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import OF, in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import OF, TEX, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -102,7 +102,7 @@ class Scene(Part, metaclass=SceneType):
         keys, yarn = without_yarn(flat(document), where)
         own = nested(keys := in_base_keys(keys, where), where)
         if yarn:
-            defaults = nested(flat(defaults) | yarn, where)
+            defaults = nested(flat(defaults) | {TEX: None} | yarn, where)
         own = {name: defaults[name] for name in Labels.model_fields if name in defaults} | own
         labels = labels_of(own, where)
         empty = [name for name, inside in document.items() if inside == {}]
@@ -134,7 +134,8 @@ class Scene(Part, metaclass=SceneType):
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
-        return _made(Kind.of(labels_now, where), labels_now, changed, self._defaults, where, self.sections)
+        defaults = nested(flat(self._defaults) | {TEX: yarn.get(TEX)}, where) if yarn else self._defaults
+        return _made(Kind.of(labels_now, where), labels_now, changed, defaults, where, self.sections)
 
     def labelled(self, labels: Mapping[str, str]) -> Scene:
         """Return the scene under other names of its own and of its knit; its sections are not checked again."""
@@ -268,6 +269,11 @@ class Scene(Part, metaclass=SceneType):
         return math.inf if friction is None else friction(self.sections["contact"])
 
     @property
+    def tex(self) -> float:
+        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does."""
+        return self._defaults.get("yarn", {}).get("tex") or math.nan
+
+    @property
     def is_knit(self) -> bool:
         """Whether it is a knit that ends: rows of loops, or cells cut out of one."""
         return self.specimen in ("knit", "cut_knit")
@@ -388,7 +394,7 @@ def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
     """Refuse a yarn with values that models of a scene's kind would silently leave out."""
-    if lost := [key for key in given if key.startswith("yarn.") and not kind.has(key)]:
+    if lost := [key for key in given if key.startswith("yarn.") and key != TEX and not kind.has(key)]:
         remedy = "take fidelity beam, or say yarn.diameter and yarn.youngs_modulus"
         of = f"which scenes of fidelity {kind.fidelity.name} do not have"
         raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")

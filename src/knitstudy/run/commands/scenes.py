@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
+from knitstudy.knit.scene.alternatives import known_yarns, read_yarn
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import documented
 from knitstudy.knit.scene.kinds import MODELS, Labels
@@ -51,8 +52,11 @@ from knitstudy.run.families import STUDIES
 @click.option("--study", type=click.Choice(STUDIES), help="Only scenes of this study.")
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
 @click.option("--fidelity", help="Only scenes of this model.")
+@click.option("--yarns", is_flag=True, help="List the yarns that a scene may take (yarn.of) instead.")
 @config_option
-def list_scenes(study: str | None, family: str | None, fidelity: str | None, config: Path) -> None:
+def list_scenes(
+    study: str | None, family: str | None, fidelity: str | None, yarns: bool, config: Path
+) -> None:
     """List the scenes: family, studies, and the keys that differ from the defaults (SI units).
 
     A terminal shows a table; in a pipe, tabs separate the columns. `knitstudy check` checks the keys.
@@ -62,7 +66,10 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
     knitstudy list --fidelity hexahedra          solid yarns of hexahedra
     knitstudy list --family 2-medium             the scenes that config/scenes/2-medium.yaml defines
     knitstudy list | cut -f1                     names alone
+    knitstudy list --yarns                       values with their intervals, and where they come from
     """
+    if yarns:
+        return _print_yarns()
     if fidelity is not None:
         MODELS.find(fidelity, "--fidelity")
     members, defaults = load_families(config), flat(layered_defaults(config))
@@ -85,6 +92,20 @@ def list_scenes(study: str | None, family: str | None, fidelity: str | None, con
             )
             rows.append((name, member.family, ",".join(member.studies), texts))
     print_table(("scene", "family", "studies", "differs from defaults"), rows)
+
+
+def _print_yarns() -> None:
+    """Print the yarns that are kept, with their main values."""
+    shown = {"diameter [mm]": 1e3, "stretching [N]": 1, "bending [N mm2]": 1e6, "friction": 1}
+    rows = []
+    for name, yarn in ((name, read_yarn(name)) for name in known_yarns()):
+        row = [name, float(yarn.values["tex"].value)]
+        for column, scale in shown.items():
+            value = yarn.values[column.split()[0]]
+            x, high, low = scale * value.ends
+            row.append(f"{x:.3g}{f' ({low:.3g} to {high:.3g})' if low < high else ''} {value.provenance}")
+        rows.append((*row, yarn.name))
+    print_table(("yarn", "tex", *shown, "name"), rows)
 
 
 def _nested(value: Any) -> bool:
@@ -119,8 +140,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         _check_folder(config if what is None else Path(what))
     else:
         scene = changed_scene(what, changes, config)
-        tex = dict(changes).get("yarn.tex", nan)
-        loop = _checked_loop(scene, tex) if "pattern" in scene.sections else None
+        loop = _checked_loop(scene) if "pattern" in scene.sections else None
         _print_keys(scene, sources, dict(changes))
         for line in (*filter(None, [loop]), *questions(scene)):
             click.echo(line)
@@ -133,8 +153,8 @@ def _check_folder(folder: Path) -> None:
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
 
 
-def _checked_loop(scene: Scene, tex: float) -> str:
-    """Lay out the loop of a scene, divide its knit, and describe both in words, of a yarn of a tex if it is known."""
+def _checked_loop(scene: Scene) -> str:
+    """Lay out the loop of a scene, divide its knit, and describe both in words."""
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.knit.geometry.fabric_file import fabric_of
     from knitstudy.knit.geometry.lay_out import lay_out
@@ -142,7 +162,7 @@ def _checked_loop(scene: Scene, tex: float) -> str:
     from knitstudy.measures.construction import drawn
 
     geometry = lay_out(scene)
-    numbers = (f"{number.name} {number.value:.3g} {number.unit}" for number in drawn(geometry, tex))
+    numbers = (f"{number.name} {number.value:.3g} {number.unit}" for number in drawn(geometry, scene.tex))
     fabric = f"fabric as drawn: {', '.join(numbers)}\n"
     if "state" not in geometry.dims:
         return f"{fabric}loop: stitches as they are drawn, not optimised; the path to rest finds their shape"

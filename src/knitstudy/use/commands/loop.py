@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -82,7 +81,7 @@ def loop(
     """
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.knit.geometry.lay_out import lay_out
-    from knitstudy.measures.construction import drawn, tex_of
+    from knitstudy.measures.construction import drawn
     from knitstudy.measures.summary import summarise
     from knitstudy.use.plot import draw_loop
     from knitstudy.use.style import save
@@ -104,12 +103,9 @@ def loop(
             f"scene {chosen.name!r}: pattern.stitches is {list(chosen.pattern.stitches)}: tucks, floats and moved "
             "loops are not optimised; `knitstudy run` finds their shape at rest"
         )
-    tex = known["tex"] or nan
-    if known["density"] is not None:
-        tex = tex_of(chosen.yarn.diameter, known["density"])
     quantities = [
         row for row in summarise(geometry) if row.name not in ("kind", "loops", "rows", "crossings")
-    ] + drawn(geometry, tex)
+    ] + drawn(geometry, chosen.tex)
     print_table(
         ("quantity", "value", "unit"),
         [(quantity.name, quantity.value, quantity.unit) for quantity in quantities],
