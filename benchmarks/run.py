@@ -4,22 +4,28 @@
 
 Every row is measured in a process of its own, one after the other; run nothing else meanwhile. The column
 ``over the first`` holds the time over that of the first row of the same part: compare ratios, not seconds, between two
-versions of the code or two machines. ``--parts large`` runs knits of 3 x 3 to 30 x 30 cells, for hours.
+versions of the code or two machines. ``--parts large`` runs knits of 3 x 3 to 30 x 30 cells, for hours. The part
+``curve`` measures the processor time of a cell's curve with the start of the interpreter, over that of the start.
 """
 
 from __future__ import annotations
 
 import argparse
+import json
+import os
+import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 
 import calculix
 import cases
 import measure
 import pandas as pd
 
+from knitstudy import CellOfBeams, CellOfSplineYarns, CellStrain, Pattern, SetYarn, SolidYarn
 from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
 from knitstudy.knit.scene.scene import Scene
@@ -45,6 +51,36 @@ DISCRETISATIONS = {
 }
 """Changes of a scene of one-point hexahedra."""
 
+LOOP = {
+    "pattern": Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
+    "load": CellStrain(strain=0.3, lateral="free"),
+}
+YARN = {"diameter": 0.25e-3, "youngs_modulus": 200e6}
+
+SLIPS = {"contact.friction": 0.3}
+
+CURVES = {
+    "beams": (CellOfBeams(**LOOP, yarn=SetYarn(**YARN)).vary(SLIPS), 3.0),
+    "spline yarns": (CellOfSplineYarns(**LOOP, yarn=SolidYarn(**YARN)).vary(SLIPS), 8.0),
+}
+"""Cells of the jersey of docs/tutorial/jersey.md, and the processor time that a curve may take [s]."""
+
+STARTED = "import knitstudy.knit.simulate, knitstudy.run.store"
+"""What every simulation imports."""
+
+SIMULATED = """
+import json, sys
+from knitstudy import Scene, simulate, simulate_many
+
+scenes = [Scene.from_dict(keys) for keys in json.loads(sys.argv[1])]
+if len(scenes) == 1:
+    simulate(scenes[0], sys.argv[2])
+else:
+    simulate_many(scenes, sys.argv[2], jobs=2)
+"""
+
+MANY = 6  # frictions of a study, each with two moduli
+
 Rows = Iterator[tuple[str, dict]]
 
 
@@ -56,7 +92,9 @@ def main() -> None:
         first = None
         with tempfile.TemporaryDirectory() as scratch:
             for case, measured in PARTS[part](options, Path(scratch)):
-                seconds = measured.get("path_s", measured.get("wall_s"))
+                seconds = next(
+                    (measured[key] for key in ("path_s", "wall_s", "processor_s") if key in measured), 0
+                )
                 first = first or seconds
                 ratio = {"over the first": seconds / first} if seconds else {}
                 rows.append({"part": part, "case": case} | ratio | measured)
@@ -141,7 +179,32 @@ def large(options: argparse.Namespace, folder: Path) -> Rows:
             yield f"{name}, {size} x {size}", measured
 
 
-PARTS = {part.__name__: part for part in (models, sizes, solvers, threads, peer, large)}
+def curve(options: argparse.Namespace, folder: Path) -> Rows:
+    """Measure the start, a cell's curve by each model, and a curve of a study of frictions and moduli with beams."""
+    yield "start", _processor(STARTED)
+    for name, (cell, bar) in CURVES.items():
+        yield f"a curve, {name}", _processor(SIMULATED, [cell], folder / name) | {"bar_s": bar}
+    cell, bar = CURVES["beams"]
+    keys = [
+        {"contact.friction": 0.1 * (1 + step), "yarn.youngs_modulus": modulus}
+        for step in range(MANY)
+        for modulus in (200e6, 400e6)
+    ]
+    spent = _processor(SIMULATED, [cell.vary(changes) for changes in keys], folder / "many")
+    yield f"one of {len(keys)} curves, beams", {"processor_s": spent["processor_s"] / len(keys), "bar_s": bar}
+
+
+def _processor(program: str, scenes: list[Scene] = (), folder: Path = Path()) -> dict:
+    """Return the processor time of a fresh interpreter, on one thread, and of its children [s]."""
+    before = getrusage(RUSAGE_CHILDREN)
+    given = json.dumps([scene.to_dict() for scene in scenes]), str(folder)
+    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+    subprocess.run([sys.executable, "-c", program, *given], env=environment, check=True)
+    after = getrusage(RUSAGE_CHILDREN)
+    return {"processor_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime}
+
+
+PARTS = {part.__name__: part for part in (models, sizes, solvers, threads, peer, curve, large)}
 
 
 def _measured(function: str, scene: Scene, folder: Path, options: argparse.Namespace, **more) -> dict:

@@ -7,7 +7,7 @@ from inspect import cleandoc, get_annotations
 from pathlib import Path
 
 from knitstudy.files import write_text
-from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, describe, lists
+from knitstudy.knit.scene.keys import ROLES, Section, allowed_values, documented, lists
 from knitstudy.knit.scene.kinds import Labels, all_kinds, all_sections, word_of
 from knitstudy.registry import listed
 from knitstudy.run.advice import AUTO, Requirements
@@ -77,7 +77,7 @@ def _having(prefix: str, name: str, section: type[Section]) -> str:
 
 def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[str, ...]:
     """Return the row of a key: name with unit and other scenes, allowed values, default, and origin of the value."""
-    known = describe(section, name)
+    known = documented(section, name)
     unit = "" if known.unit == "1" else f" [{known.unit}]"
     scenes = f" ({having})" if having else ""
     return (

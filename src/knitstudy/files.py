@@ -368,8 +368,8 @@ def fault_of(dataset: xr.Dataset) -> str:
     return "" if abs(last - dataset.attrs.get("full_load", 1.0)) < 1e-9 else f"ends at {last:.3g} of the load"
 
 
-def recorded_digest(path: Path | str) -> str:
-    """Return the digest that a result was written with; an empty text where it has none or is marked incomplete.
+def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
+    """Return the digest, or another text, of a result; an empty text where it has none or is marked incomplete.
 
     Raises DataFileError when a dataset is truncated or no netCDF, and HeldOpenError while another program writes to it.
     """
@@ -379,7 +379,7 @@ def recorded_digest(path: Path | str) -> str:
 
     try:
         with netCDF4.Dataset(path) as file:
-            return "" if hasattr(file, "incomplete") else str(getattr(file, "digest", ""))
+            return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
     except OSError as error:
         _require_not_held(path)
         raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error

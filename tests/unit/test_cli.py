@@ -219,7 +219,7 @@ def test_no_refusal_of_a_deck_leads_to_another(knitstudy, tmp_path):
     """What refuses the deck of a cell names the fidelity and the interactions that have one, and these do."""
     for change in ("fidelity=beam", "interaction=tie"):
         line = message(knitstudy("export", "cell-course-isotropic", "--set", change, "--dialect", "calculix"))
-        assert "a cell with fidelity spline_yarns and interaction isotropic or rough" in line
+        assert "a cell with fidelity spline_yarns and interaction friction or rough" in line
         assert "--dialect shell" in line
     result = knitstudy("export", "cell-course-isotropic", "--set", "mesh.span=1.8", "--dialect", "calculix")
     assert re.search(r"\d+ hexahedra; m, N, Pa\n$", result.stdout), result.stderr

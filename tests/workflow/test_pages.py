@@ -140,6 +140,18 @@ def test_a_question_has_a_page_of_one_screen(page):
     assert f"({page}.md)" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
 
 
+def test_a_study_of_parameters(fresh, tmp_path):
+    """Three of six scenes are simulated, and forces are proportional to the modulus."""
+    (code,) = blocks("docs/how-to/study.md", "python")
+    ended = run("-c", code, folder=tmp_path, environment=fresh.environment)
+    names, *rows = (line.split() for line in ended.stdout.splitlines())
+    assert names[:2] == ["contact.friction", "yarn.youngs_modulus"]
+    assert [len(row) for row in rows] == [3] * 3 + [5] * 3, "name and digest of what is scaled"
+    for soft, stiff in zip(rows[:3], rows[3:], strict=True):
+        assert float(stiff[2]) == pytest.approx(2 * float(soft[2]), rel=1e-4)
+    assert "6 scenes" in ended.stderr
+
+
 @pytest.mark.parametrize(
     "command", ["check", pytest.param("run", marks=pytest.mark.full)]
 )  # a shape at rest: 30 s

@@ -25,6 +25,8 @@ ATTRIBUTES = {
     "interaction": "",
     "incomplete": "",
     "loosened": "",
+    "scaled_from": "",
+    "scaled_by": "1",
     "dof": "1",
     "unknowns": "1",
     "elements": "1",

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.registry import find
+from knitstudy.knit.scene.scene import Scene, digest, rounded
+from knitstudy.registry import find, plugin_files
 from knitstudy.run.configuration import knits_of, scenes_at_need
 from knitstudy.run.cost import Cost, machine_memory
 from knitstudy.run.sources import Source
@@ -74,9 +74,25 @@ class Step:
 
         It decides which results are made again, by the workflow and by `simulate`.
         """
-        needs = {name: need.digest for name, need in self.needs.items()}
+        return self._digest(self.inputs, {name: need.digest for name, need in self.needs.items()})
+
+    def _digest(self, inputs: Mapping[str, Any], needs: Mapping[str, str]) -> str:
         code = code_digest(*self.stage.code)
-        return digest({"stage": self.stage.name, "reads": self.inputs, "code": code, "needs": needs})
+        return digest({"stage": self.stage.name, "reads": inputs, "code": code, "needs": needs})
+
+    @cached_property
+    def unit_digest(self) -> str:
+        """Digest with stiffnesses over Young's modulus, which scenes share whose stiffnesses differ by one factor.
+
+        So do their forces: laws, tolerances and gates are over the modulus (tests/verification/test_scaling.py).
+        It is empty where joints come from another scene, of a modulus of its own, and beside plugins of any law.
+        """
+        if self.sources or plugin_files():
+            return ""
+        unit = replace(self, scene=self.scene.scaled(stiffness=1 / self.scene.yarn.youngs_modulus))
+        return self._digest(
+            rounded(unit.inputs, 12), {name: need.unit_digest for name, need in self.needs.items()}
+        )
 
     @property
     def wanted(self) -> bool:
@@ -189,10 +205,12 @@ class Plan:
         A changed scene must not take the place of the one that it was made from: its name, and the label of its knit
         where the geometry has changed, end with digits of their hash.
         """
-        named, knit = self.configured.get(scene.name), self.knits.get(scene.knit)
-        labels = {}
-        if named is not None and named.hash != scene.hash:
-            labels["name"] = f"{scene.name}-{scene.hash[:DIGITS]}"
-        if knit is not None and knit.geometry_key != scene.geometry_key:
-            labels["knit"] = f"{scene.knit}-{scene.geometry_key[:DIGITS]}"
-        return scene.labelled(labels) if labels else scene
+        named, knit = self.configured.get(scene.name, scene), self.knits.get(scene.knit, scene)
+        return with_digits(scene, named.hash != scene.hash, knit.geometry_key != scene.geometry_key)
+
+
+def with_digits(scene: Scene, name: bool = True, knit: bool = True) -> Scene:
+    """Return a scene with digits of their hash behind its name, and behind the label of its knit."""
+    labels = {"name": f"{scene.name}-{scene.hash[:DIGITS]}"} if name else {}
+    labels |= {"knit": f"{scene.knit}-{scene.geometry_key[:DIGITS]}"} if knit else {}
+    return scene.labelled(labels) if labels else scene

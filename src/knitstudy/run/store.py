@@ -8,14 +8,23 @@ from __future__ import annotations
 
 import json
 import logging
+import os
+import re
+import signal
 import time
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import partial
+from itertools import chain
+from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, KnitstudyError
 from knitstudy.files import (
     fault_of,
     provenance,
@@ -26,11 +35,12 @@ from knitstudy.files import (
     with_coordinates,
     write_dataset,
 )
+from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import NOTHING, Scene, questions
-from knitstudy.mechanics.batches import serial_blas
-from knitstudy.run.plan import Plan, Step
+from knitstudy.mechanics.batches import VARIABLE, serial_blas, threads
+from knitstudy.run.plan import Plan, Step, with_digits
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
     import xarray as xr
@@ -38,6 +48,7 @@ if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
 log = logging.getLogger(__name__)
 
 OF_STUDY = Path("results")  # Where studies leave results, which `simulate` reads and never writes
+UNIT = "unit_digest"  # Attribute of histories: see `Step.unit_digest`
 INCOMPLETE = ".incomplete.nc"  # Suffix of a history that ended before full load
 
 BeginProgress = Callable[[str], ReportProgress]
@@ -82,23 +93,32 @@ class Store:
 
     def found(self, step: Step) -> xr.Dataset | None:
         """Return the dataset of a step that is kept, whole and up to date; one that is damaged is a warning."""
-        for path in (folder / step.path for folder in (self.folder, *self.also) if folder is not None):
-            if path.is_file() and digest_or_warning(path) == step.digest:
-                try:
-                    result = read_result(path)
-                except DataFileError as error:
-                    log.warning("%s", error)
-                    continue
+        for path in self._paths(step):
+            if (result := _kept(path, step.digest)) is not None:
                 log.info(f"{step}: taken from %s", path)
                 return result
-            if path.is_file():
-                log.info(f"{step}: %s is not up to date", path)
+            log.info(f"{step}: %s is not up to date", path)
         return None
 
     def holds(self, step: Step) -> bool:
         """Return whether the result of a step is kept and up to date, without reading it."""
+        return any(digest_or_warning(path) == step.digest for path in self._paths(step))
+
+    def scale(self, step: Step) -> None:
+        """Write the history of a step where that of a scene is kept whose stiffnesses differ by one factor.
+
+        Studies never do so: which scene comes first would decide about the last digits. Costs are those of the run.
+        """
         path = self._path(step)
-        return path is not None and path.is_file() and digest_or_warning(path) == step.digest
+        for other in sorted(path.parent.glob("[!.]*.nc")) if path and step.unit_digest else ():
+            if (history := _kept(other, step.unit_digest, UNIT)) is not None:
+                (keys, _), digest = keys_of(history, other), history.attrs["digest"]
+                factor = step.scene.yarn.youngs_modulus / keys["yarn"]["youngs_modulus"]
+                history = described(scaled(history, factor), step)
+                history.attrs |= {"scaled_from": f"{keys['name']} {digest}", "scaled_by": factor}
+                write_dataset(history, path or other, step.scene.name, step.digest)
+                log.info(f"{step}: forces of %s times {factor:.6g}, as all stiffnesses", keys["name"])
+                return
 
     def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset | None:
         """Make a result, write it with its digest if there is a folder, and then delete the restart file.
@@ -155,6 +175,10 @@ class Store:
         reasons = {step.scene.name: why(step) for step in simulations}
         return {name: reason for name, reason in reasons.items() if reason}
 
+    def _paths(self, step: Step) -> list[Path]:
+        folders = [folder for folder in (self.folder, *self.also) if folder is not None]
+        return [path for folder in folders if (path := folder / step.path).is_file()]
+
     def _path(self, step: Step) -> Path | None:
         return None if self.folder is None else self.folder / step.path
 
@@ -193,13 +217,35 @@ def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
     return dataset if step.stage.restarts else dataset.assign_attrs(processor_seconds=seconds)
 
 
-def digest_or_warning(path: Path) -> str:
+def digest_or_warning(path: Path, attribute: str = "digest") -> str:
     """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
     try:
-        return recorded_digest(path)
+        return recorded_digest(path, attribute)
     except DataFileError as error:
         log.warning("%s; it will be made again", error)
         return ""
+
+
+def _kept(path: Path, digest: str, attribute: str = "digest") -> xr.Dataset | None:
+    """Return the dataset of a file with a digest; None where it has another one, or is damaged, which is a warning."""
+    try:
+        return read_result(path) if digest_or_warning(path, attribute) == digest else None
+    except DataFileError as error:
+        log.warning("%s", error)
+        return None
+
+
+STIFFNESSES = "contact_coefficient contact_stiffness stick_stiffness indentation_modulus tie_least_stiffness"
+"""Attributes of histories that are proportional to the modulus: attributes have no units."""
+
+
+def scaled(history: xr.Dataset, factor: float) -> xr.Dataset:
+    """Return a history with all times a factor that has N, J or Pa in its unit: forces, energies, stiffnesses."""
+    units = {name: {*re.split("[ /]", of.attrs.get("units", ""))} for name, of in history.data_vars.items()}
+    forces = [name for name, unit in units.items() if unit & {"N", "J", "Pa"}]
+    known = {name: factor * history.attrs[name] for name in STIFFNESSES.split() if name in history.attrs}
+    times = {name: history[name].copy(data=factor * history[name].to_numpy()) for name in forces}
+    return history.assign(times).assign_attrs(known)
 
 
 def _early(path: Path) -> Path:
@@ -275,6 +321,8 @@ def simulate(
         store.folder, store.also = Path(folder), (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
+    if not anew and not store.holds(steps["simulation"]):
+        store.scale(steps["simulation"])
     history = store.get(steps["simulation"], anew)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
@@ -283,6 +331,80 @@ def simulate(
             store.get(step)
     path = store.folder and store.folder / steps["simulation"].path
     return Results(scene, history=history, **beside, path=path)
+
+
+def simulate_many(
+    scenes: Iterable[Scene],
+    folder: Path | str = "runs",
+    *,
+    jobs: int | None = None,
+    errors: Literal["raise", "coerce"] = "raise",
+    config: Path = CONFIG,
+) -> list[Results | None]:
+    """Simulate scenes side by side with a progress bar, and return their results in the same order.
+
+    Results are kept and taken as by `simulate`; where scenes share a name, digits of their hash follow it. Of scenes
+    that differ in Young's modulus, or in all stiffnesses by one factor, one is simulated and the others are `scaled`
+    (attributes `scaled_from`, `scaled_by`).
+
+    Parameters
+    ----------
+    jobs : int, optional
+        Processes, by default one a core; they share the threads that OMP_NUM_THREADS allows.
+    errors : str
+        "raise": once all others are done, a KnitstudyError names the scenes that failed. "coerce": None stands there.
+        Every failure is a warning as well.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    import knitstudy.knit.simulate  # noqa: F401  # once for all processes
+
+    plan = Plan.of(config)
+    scenes = [plan.labelled(scene) for scene in scenes]
+    names = Counter(name for name, _ in {(scene.name, scene.hash) for scene in scenes})
+    scenes = [with_digits(scene) if names[scene.name] > 1 else scene for scene in scenes]
+    alike: dict[str, list[int]] = {}
+    for place, scene in enumerate(scenes):
+        step = plan.step("simulation", scene)
+        alike.setdefault(step.unit_digest or step.digest, []).append(place)
+    groups = [[scenes[place] for place in places] for places in alike.values()]
+    jobs = min(jobs or os.cpu_count() or 1, len(groups)) or 1
+    pool = ProcessPoolExecutor(jobs, get_context("fork"), _begin, (max(threads() // jobs, 1),))
+    try:  # processes begin before the thread of the bar
+        done = pool.map(partial(_results_or_reasons, folder=folder, config=config), groups)
+        bar = track(done, f"{len(scenes)} scenes", len(groups), console=Console(stderr=True))
+        ended = dict(zip(chain(*alike.values()), chain(*bar), strict=True))
+    except BrokenProcessPool:
+        why = "the system ended a process, perhaps for its memory: take fewer jobs"
+        raise KnitstudyError(f"{why}; results up to there are in {folder}") from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+    failed = {scenes[place].name: end for place, end in ended.items() if isinstance(end, str)}
+    for name, reason in failed.items():
+        log.warning("%s: %s", name, reason)
+    if failed and errors != "coerce":
+        these = f"{len(failed)} of {len(scenes)} scenes failed, {', '.join(failed)}"
+        raise KnitstudyError(f"{these}: {next(iter(failed.values()))}; the others are in {folder}")
+    return [None if isinstance(end := ended[place], str) else end for place in range(len(scenes))]
+
+
+def _begin(threads: int) -> None:
+    """Begin a process: Ctrl-C and the end of its parent end it, and it has its share of the threads."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    end_with_parent()
+    os.environ[VARIABLE] = str(threads)
+
+
+def _results_or_reasons(scenes: list[Scene], folder: Path | str, config: Path) -> list[Results | str]:
+    """Return the results of scenes, each of which may be scaled from one before, or why there are none."""
+    ended: list[Results | str] = []
+    for scene in scenes:
+        try:
+            ended.append(simulate(scene, folder, config=config))
+        except Exception as error:  # whatever it is: the others go on
+            ended.append(f"{type(error).__name__}: {error}")
+    return ended
 
 
 # Attributes of a result: every key of its scene, its provenance, and the meaning of its variables
@@ -307,6 +429,7 @@ def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
         KEYS: json.dumps(scene.to_dict()),
         SOURCES: json.dumps({name: source.to_dict() for name, source in step.sources.items()}),
     }
+    attributes |= {UNIT: step.unit_digest} if step.stage.restarts else {}
     described = with_coordinates(dataset.assign_attrs(attributes))
     # Functions of the other stages describe their variables themselves, but for names along a dimension.
     own = {"geometry": GEOMETRY, "mesh": MESH}.get(stage, COORDINATES)

@@ -26,6 +26,7 @@ from typing import (
 )
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic._internal._docs_extraction import extract_docstrings_from_cls
 from pydantic._internal._model_construction import ModelMetaclass
 from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
@@ -157,7 +158,6 @@ class Section(BaseModel, metaclass=SectionType):
         strict=True,
         allow_inf_nan=False,
         defer_build=True,
-        use_attribute_docstrings=True,  # the text below a key is the description of its field
     )
 
     def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
@@ -175,11 +175,21 @@ def said(part: Any) -> Any:
 
 @cache
 def describe(section: type[Section], name: str) -> Description:
-    """Return the description of the key `name` of a section; the text below the key gives source and checked range."""
-    field = section.model_fields[name]
-    known: Any = field.json_schema_extra
+    """Return the description of the key `name` of a section, without source and checked range."""
+    known: Any = section.model_fields[name].json_schema_extra
     assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
-    source, _, checked = " ".join((field.description or "").split()).partition(" Checked: ")
+    return known
+
+
+_texts = cache(partial(extract_docstrings_from_cls, use_inspect=True))
+
+
+def documented(section: type[Section], name: str) -> Description:
+    """Return the description of a key with source and checked range, which are read from the text below the key."""
+    bases = (base for base in section.__mro__ if issubclass(base, Section))
+    text = next((texts[name] for texts in map(_texts, bases) if name in texts), "")
+    source, _, checked = " ".join(text.split()).partition(" Checked: ")
+    known = describe(section, name)
     return replace(known, source=source.removesuffix("."), checked=checked.removesuffix(".") or "none")
 
 

@@ -414,6 +414,12 @@ def digest(document: Any) -> str:
     return hashlib.sha256(json.dumps(document, sort_keys=True).encode()).hexdigest()[:16]
 
 
+def rounded(document: Any, digits: int) -> Any:
+    """Return plain data with so many digits of every number."""
+    text = json.dumps(document)
+    return json.loads(text, parse_float=lambda number: float(f"{float(number):.{digits}g}") + 0.0)
+
+
 def questions(scene: Scene) -> list[str]:
     """Return a question for every value that is unusual for yarns, and may be meant in another unit."""
     asked = []

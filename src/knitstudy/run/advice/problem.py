@@ -10,7 +10,7 @@ from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.keys import lists
-from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.knit.scene.scene import Scene, digest, rounded
 from knitstudy.run.advice.sample import (
     INPUT_KEYS,
     LARGE,
@@ -27,6 +27,8 @@ from knitstudy.run.advice.sample import (
     Trade,
     load_trade,
 )
+
+DIGITS = 6  # of numbers of problems that are alike
 
 OVER = {
     "course": " over yarn.diameter",
@@ -86,12 +88,12 @@ class Problem:
         """The physical keys that no input stands for, over diameter and Young's modulus of the yarn."""
         yarn = self.scene.yarn
         values = self.scene.scaled(1 / yarn.diameter, 1 / yarn.youngs_modulus).values_of("physics")
-        return _rounded({key: value for key, value in values.items() if key not in FREE})
+        return rounded({key: value for key, value in values.items() if key not in FREE}, DIGITS)
 
     @cached_property
     def digest(self) -> str:
         """Digest of all that is physical, the same at any scale and modulus."""
-        inputs = _rounded(asdict(self.inputs))
+        inputs = rounded(asdict(self.inputs), DIGITS)
         return digest([self.scene.specimen, self.scene.interaction, inputs, self.others])
 
     @cached_property
@@ -160,12 +162,3 @@ class Problem:
             elif value != wanted:
                 here_is, there_is = f"{lists(value)!r:.60}", f"{lists(wanted)!r:.60}"
                 yield f"{key} is {here_is}, but models were measured with {there_is}"
-
-
-def _rounded(value: Any) -> Any:
-    """Return nested values with six digits of every number."""
-    if isinstance(value, Mapping):
-        return {key: _rounded(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_rounded(item) for item in value]
-    return float(f"{value:.6g}") + 0.0 if isinstance(value, float) else value

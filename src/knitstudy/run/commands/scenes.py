@@ -12,7 +12,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import known_yarns, read_yarn
 from knitstudy.knit.scene.documents import layered_defaults
-from knitstudy.knit.scene.keys import describe
+from knitstudy.knit.scene.keys import documented
 from knitstudy.knit.scene.kinds import MODELS, Labels, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
@@ -180,7 +180,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
-        described = describe(type(scene.sections[name]) if name else Labels, field)
+        described = documented(type(scene.sections[name]) if name else Labels, field)
         said = [getattr(described, column) for column in columns]
         if key in changes:
             said[columns.index("provenance")] = "set here"
