@@ -101,8 +101,8 @@ ANSWERS = {  # by the page of a question: what its commands print, and the files
     "how-to/abaqus": (
         "hexahedra; m, N, Pa",
         "runs/sheet/jersey/shell.abaqus.inp",
-        "jersey.inp",
-        "jersey-ccx.inp",
+        "cell.inp",
+        "swatch.inp",
     ),
 }
 SCREEN = 45  # lines
