@@ -148,7 +148,7 @@ def test_a_cell_writes_its_outputs_and_pictures(knitstudy, tmp_path):
     refused = knitstudy("show", str(runs / "cell.nc"), "--picture", "cell.gif")
     assert (refused.returncode, refused.stderr) == (
         1,
-        "error: cell.gif: must end with .png, .pdf, .webp or .html\n",
+        "error: cell.gif: must end with .png, .pdf, .webp, .html or .stl\n",
     )
 
 
