@@ -56,9 +56,9 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
     if evidence.base is None:
         meanings = {keep: _of_reading(evidence, key, keep) for keep in HELD if keep != evidence.held}
         others = [test(of["isotropic"], keep) for keep, of in meanings.items() if "isotropic" in of]
-    grades = {row.grade for row in (main, *others)}
+    grades, note = {row.grade for row in (main, *others)}, ""
     if CONTRADICTED in grades and grades & {REPRODUCED, DIRECTION}:
-        main = replace(main, grade=UNDECIDABLE)
+        main, note = replace(main, grade=UNDECIDABLE), "missing is what the paper holds fixed"
     yield main
     others += [test(held[kind], evidence.held) for kind in sorted(held) if kind != "isotropic"]
     yield from (replace(row, paper="", grade="") for row in others)
@@ -67,7 +67,7 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
     yield Row("from end to end", f"{' to '.join(ends)} mm")
     for kind in sorted(held):
         yield from _values(_swept(key, evidence.held)[0], held[kind])
-    yield Remark(scenes=tuple(point.scene.name for point in points))
+    yield Remark(note, tuple(point.scene.name for point in points))
 
 
 def _swept(key: str, keep: str) -> tuple[str, str]:
