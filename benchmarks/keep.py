@@ -72,7 +72,7 @@ FULL = RESOURCES / "full"  # What pages of smaller studies show in place of thei
 FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
 FULL_FIGURES = ("fig11_sweeps", "fig_readings")
-PAGE_TABLES = ("springs", "table2_springs", "table4_angles")  # Beside the pictures of the page
+PAGE_TABLES = ("springs", "table4_angles")  # Beside the pictures of the page
 VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
 README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper, .*$", re.MULTILINE)
 
