@@ -27,7 +27,9 @@ STICKY = 0.9
 
 
 @pytest.fixture
-def cell():
+def cell(monkeypatch):
+    # Tests of plugins may have loaded some into this process.
+    monkeypatch.setattr("knitstudy.run.plan.plugin_files", tuple)
     return load_scene("cell-course").vary({**CELL, "name": "cell"})
 
 
