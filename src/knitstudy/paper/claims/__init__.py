@@ -55,6 +55,11 @@ class Row:
         """Whether the row counts for the grade of its claim."""
         return self.grade in GRADES
 
+    @property
+    def shown(self) -> Row:
+        """The row without a grade: it is shown, and not tested."""
+        return replace(self, grade="")
+
     def uncounted(self, why: str) -> Row:
         """Return the row, which does not count where it holds."""
         return replace(self, grade=f"holds, not counted: {why}") if self.grade == REPRODUCED else self

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -229,7 +228,7 @@ def order(
     for less in sorted(common)[:-1]:
         earlier = {kind: reference.at(quantity, less) for kind, reference in references.items()}
         for one, other in pairwise(order):
-            yield replace(_larger(f"{quantity} at {less:.0%} strain", one, other, earlier), grade="")
+            yield _larger(f"{quantity} at {less:.0%} strain", one, other, earlier).shown
     yield from shown
     yield Remark(scenes=_three(evidence))
 
@@ -277,7 +276,7 @@ def smaller_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     forces = {label: _force(evidence, name) for name, label in called.items()}
     tests = [_larger("force", "rough contact", called[name], forces) for name in slides]
     yield from sorted(tests, key=lambda row: row.margin)
-    yield replace(_larger("force", "ties", "rough contact", forces), grade="")
+    yield _larger("force", "ties", "rough contact", forces).shown
     for label, known in forces.items():
         yield Row(f"force, {label}", f"{known} N")
     yield Remark(

@@ -208,7 +208,7 @@ def judge(claim: str, evidence: Evidence) -> Judgement:
                 rows.append(said)
     except NotRun as error:
         rows.sort(key=lambda row: asked.worst_first and not row.grade)
-        return Judgement(tuple(replace(row, grade="") for row in rows), str(error), verdict=NOT_RUN)
+        return Judgement(tuple(row.shown for row in rows), str(error), verdict=NOT_RUN)
     if asked.worst_first:
         rows.sort(key=lambda row: (row.grade == REPRODUCED, row.margin) if row.tested else (2, 0.0))
     judged = Judgement(tuple(rows), remark.note, remark.scenes)

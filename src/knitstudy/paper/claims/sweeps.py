@@ -61,7 +61,7 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
         main, note = replace(main, grade=UNDECIDABLE), "missing is what the paper holds fixed"
     yield main
     others += [test(held[kind], evidence.held) for kind in sorted(held) if kind != "isotropic"]
-    yield from (replace(row, paper="", grade="") for row in others)
+    yield from (Row(row.quantity, row.ours) for row in others)
     points = held["isotropic"].points
     ends = (f"{1e3 * points[end].u_z.value:.3f}" for end in (0, -1))
     yield Row("from end to end", f"{' to '.join(ends)} mm")
@@ -129,10 +129,10 @@ def moment_axis(evidence: Evidence) -> Iterator[Row | Remark]:
     best = max(tests, key=lambda lever: GRADES.index(worst(tests[lever])))
     yield from tests.pop(best)
     for rows in tests.values():
-        yield from (replace(row, grade="") for row in rows)
+        yield from (row.shown for row in rows)
     drawn = _networks(evidence, "spacing, drawn shape")[U_Z]
     gate = _trend("|u_z| grows with the spacing, drawn shape held", drawn, 1, "grows")
-    yield replace(gate, grade="" if gate.margin >= 1 else UNDECIDABLE)
+    yield gate.shown if gate.margin >= 1 else replace(gate, grade=UNDECIDABLE)
     yield Remark(
         "networks with friction and rigid arms; levers: between contacts of a side (inner), and of rows (outer)"
     )
