@@ -110,13 +110,15 @@ class Store:
         Studies never do so: which scene comes first would decide about the last digits. Costs are those of the run.
         """
         path = self._path(step)
-        for other in sorted(path.parent.glob("[!.]*.nc")) if path and step.unit_digest else ():
+        if path is None or not step.unit_digest:
+            return
+        for other in sorted(path.parent.glob("[!.]*.nc")):
             if (history := _kept(other, step.unit_digest, UNIT)) is not None:
                 (keys, _), digest = keys_of(history, other), history.attrs["digest"]
                 factor = step.scene.yarn.youngs_modulus / keys["yarn"]["youngs_modulus"]
                 history = described(scaled(history, factor), step)
                 history.attrs |= {"scaled_from": f"{keys['name']} {digest}", "scaled_by": factor}
-                write_dataset(history, path or other, step.scene.name, step.digest)
+                write_dataset(history, path, step.scene.name, step.digest)
                 log.info(f"{step}: forces of %s times {factor:.6g}, as all stiffnesses", keys["name"])
                 return
 
