@@ -159,7 +159,7 @@ def _construction(dataset: xr.Dataset, file: Path) -> list[Quantity]:
     pattern = scene.value("pattern")
     numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.yarn.radius)
     if scene.value("load.start") != "drawn":
-        numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {scene.name}"))
+        numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {file}"))
     return numbers
 
 
