@@ -115,10 +115,11 @@ def loss_of_cycle(curve: pd.Series, cycle: int = 1) -> Loss | None:
 
 
 def left_by_cycle(curve: pd.Series) -> float:
-    """Return the strain at which the force ends on the first way back; nan where the curve has none.
+    """Return the strain at which the force ends on the first way back; nan where the curve has no way back.
 
     Friction holds a knit there: the band of its shapes at rest is at least this wide (Crassous, Poincloux and
-    Steinberger 2024, doi 10.1103/PhysRevLett.133.248201). The last strain of a way back that carries force to its end.
+    Steinberger 2024, doi 10.1103/PhysRevLett.133.248201). If the force is above 0 on the whole way back, the strain is
+    the last one of that way.
 
     Examples
     --------

@@ -71,8 +71,8 @@ def machine_of(graph: Any) -> Machine:
 def places_of(sources: Sequence[Any], child: dict[Any, Any], edges: Sequence[Any]) -> Places:
     """Return the column and the direction of every loop of a graph that names no needles.
 
-    The first row leads to the right. Loops of a row stand in the columns of those that they are drawn through, in the
-    order of the yarn. A row ends where a loop comes to lie on one of its loops, or where the yarn turns.
+    The yarn of the first row goes to the right. A loop has the column of the loop that it is drawn through; columns
+    follow the order of the yarn. A row ends where the next loop lies on a loop of this row, or where the yarn turns.
     """
     below: dict[Any, Sequence[Any]] = {}  # loops on the needle that each comes to, a tuck to those held there
     for loop in sources:
