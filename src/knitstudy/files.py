@@ -91,7 +91,9 @@ def _locked(temporary: Path) -> Iterator[None]:
 
 def _clear_abandoned(path: Path) -> None:
     """Delete the temporary files that killed processes have left: nobody holds their locks."""
-    for abandoned in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+    # A process that is killed between renaming and the end leaves the lock alone.
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}*"):
+        abandoned = left.with_name(left.name.removesuffix(".lock"))
         beside = Path(f"{abandoned}.lock")
         with suppress(OSError), beside.open("ab") as lock:  # OSError: its writer holds the lock
             fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

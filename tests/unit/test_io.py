@@ -71,6 +71,7 @@ def test_files_that_others_write_are_left_alone(tmp_path):
     live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
     dead.write_text("half")
     live.write_text("half")
+    (tmp_path / ".a.3.partial.csv.lock").touch()  # killed after its file had got its name
     with held_by_another_program("open(path, 'wb'); fcntl.lockf(f, fcntl.LOCK_EX)", f"{live}.lock"):
         with replacing(tmp_path / "a.csv") as temporary:
             temporary.write_text("new")
