@@ -349,9 +349,9 @@ class EndlessBeams(Memoryless):
 
     def advance(self, state: EndlessState, step: Floats) -> EndlessState:
         """Return the state a step (size,) further."""
-        turn = np.asarray(step[:-3])
-        beams = self.inner.advance(state.beams, turn)
-        return replace(state, beams=beams, lattice=state.lattice + step[-3:], moved=state.moved + step)
+        nodes, lattice = np.split(np.asarray(step), [6 * self.nodes])
+        beams = self.inner.advance(state.beams, nodes)
+        return replace(state, beams=beams, lattice=state.lattice + lattice, moved=state.moved + step)
 
     def begin(self, state: EndlessState, load: float, change: float) -> EndlessState:
         """Return the state in which an increment to a load factor starts."""

@@ -1,0 +1,250 @@
+"""An endless sheet of beams in contact that is bent to a cylinder: its images are rigid motions of one cell.
+
+A sheet with the curvature kappa about the axis e, along one of its lattice vectors, is the same after two motions: a
+translation along e, and a turn about the axis of the cylinder, on which the other lattice vector lies. With m across
+the axis in the plane, z upwards, and the turn n = z x m, the image of a point x is, j periods round the cylinder and l
+along it,
+
+    x_jl = R_j x + u D_j + (l s + j s') e,   R_j = exp(j phi n),   D_j = j int_0^1 exp(j phi t n) m dt.
+
+phi is the angle of a period, and u its arc in the plane z = 0: kappa = phi / u, and the axis is at z = -1 / kappa. For
+phi = 0 images are those of a flat sheet. Where phi > 0 the front is longer.
+
+Sections turn with their images. So forces T^T f, tangents T^T K T and the moment dU / dphi follow from beams and
+contact of an explicit patch of images, which know nothing of the motions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+from scipy.spatial import cKDTree
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory
+from knitstudy.mechanics.beams.beam_contact import NO_LATTICE
+from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
+from knitstudy.mechanics.beams.pair_search import FAR, PairSearch, PointPairs
+from knitstudy.mechanics.model import Response, summed
+from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
+from knitstudy.mechanics.rotation import exp, hat
+
+# Points of Gauss's rule for D and its derivatives: exact to rounding up to |j phi| = 3
+GAUSS = 12
+UP = np.array([0.0, 0.0, 1.0])
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """The n stations of a cell, and copies of them: beside it and above. Stations of a yarn follow each other."""
+
+    owner: Ints  # (N,), station of the cell
+    image: Ints  # (N, 2), how many periods away
+    yarn: Ints  # (N,), another one for every copy above
+    arc_length: Floats  # (N,) [m]
+    place: Ints  # (2 A + 1, B + 1, n), where the copy of a station is that is a - A and b periods away
+
+    @classmethod
+    def around(
+        cls,
+        yarn: Ints,  # (n,), of the stations of a cell
+        arc_length: Floats,  # (n,) [m]
+        period: Floats,  # (Y,), lengths of the yarns [m]
+        position: Floats,  # (n, 3) [m]
+        vectors: Floats,  # (2, 3), of the lattice [m]
+        reach: float,  # distance up to which points are to find each other [m]
+    ) -> Patch:
+        """Return the copies that come within reach, and one more to both sides, through which yarns go on."""
+        most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ (np.ptp(position[:, :2], axis=0) + reach)
+        side, above = (np.ceil(most) + [1, 0]).astype(int).tolist()
+        a, b, owner = (
+            each.ravel()
+            for each in np.meshgrid(np.arange(-side, side + 1), np.arange(above + 1), np.arange(len(yarn)), indexing="ij")
+        )
+        order = np.lexsort((owner, a, yarn[owner], b))
+        place = np.argsort(order).reshape(2 * side + 1, above + 1, len(yarn))
+        a, b, owner = a[order], b[order], owner[order]
+        own = yarn[owner]
+        s = arc_length[owner] + a * period[own]
+        return cls(owner, np.stack([a, b], axis=1), own + b * len(period), s, place)
+
+    def find(self, owner: Ints, image: Ints) -> Ints:
+        """Return the places (k,) of copies of stations (k,), so many periods (k, 2) away."""
+        return self.place[image[:, 0] + len(self.place) // 2, image[:, 1], owner]
+
+
+class PatchSearch(PairSearch):
+    """Search for pairs of a cell with itself and with copies above it: every pair of the sheet once."""
+
+    def __init__(self, of: PairSearch, image: Ints) -> None:
+        """Search among the points of a contact whose copies are so many periods (p, 2) away."""
+        super().__init__(of.yarn, of.arc_length, of.beside, None, None)
+        a, self.image = image[:, 0], image
+        self.own = np.flatnonzero(~image.any(axis=1))
+        self.others = np.flatnonzero((image[:, 1] > 0) | (a > 0))
+        self.edge = np.abs(a).max()
+
+    def _all(self, reach: float, position: Floats, vectors: Floats) -> PointPairs:
+        tree = cKDTree(position[self.own])
+        i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
+        near = tree.sparse_distance_matrix(cKDTree(position[self.others]), reach, output_type="coo_matrix")
+        i, j = self.own[np.append(i, near.row)], np.append(self.own[j], self.others[near.col])
+        apart = np.abs(self.arc_length[j] - self.arc_length[i]) > self.beside
+        chosen = np.flatnonzero((self.yarn[i] != self.yarn[j]) | apart)
+        key = i * len(position) + j
+        order = chosen[np.argsort(key[chosen])]
+        i, j = i[order], j[order]
+        if (np.abs(self.image[j, 0]) == self.edge).any():
+            raise ConvergenceError("yarns of the bent cell touch images beyond those that it has")
+        none = np.zeros((len(i), 2), dtype=np.int64)
+        return PointPairs(i, j, none, position[j] - position[i], key[order])
+
+
+class BentBeams(EndlessBeams):
+    """Beams of a cell whose images lie on a cylinder; unknowns are those of `EndlessBeams`, and the angle phi.
+
+    Unknowns of the lattice: changes of the lengths s and u of both vectors, in the order of these, of s' and phi [rad].
+    The force on phi is the moment times the length s of the cell along the axis.
+    """
+
+    def __init__(
+        self,
+        inner: BeamModel,
+        owner: Ints,
+        image: Ints,
+        lattice: Lattice,  # of the flat sheet; arguments before as of `EndlessBeams`
+        contact: LineContact,  # of points of the patch, without period
+        points: ContactPoints,
+        patch: Patch,
+        along: int,  # number of the lattice vector that is bent
+    ) -> None:
+        super().__init__(inner, owner, image, lattice, contact, points)
+        contact.search = PatchSearch(contact.search, patch.image[points.station])
+        self.patch, self.along, self.flat = patch, along, self._begins
+        t, over = lattice.vectors[along], lattice.vectors[1 - along]
+        self.axis = over / np.linalg.norm(over)
+        across = t - (t @ self.axis) * self.axis
+        self.drawn = np.zeros(3)  # s and u, s' in the flat sheet
+        self.drawn[[1 - along, along, 2]] = np.linalg.norm(over), np.linalg.norm(across), t @ self.axis
+        self.across = across / self.drawn[along]
+        self.turn = np.cross(UP, self.across)
+        self.size += 1
+        self.scale = np.append(self.scale, self.drawn[along])
+        self._drag = np.append(self._drag, 0.0)
+        self._begins = replace(self._begins, lattice=np.zeros(4), moved=np.zeros(self.size))
+        self._nodes = patch.find(owner, image)
+
+    def bending(self, state: EndlessState) -> Floats:
+        """Return the lengths s along the axis and u round the cylinder [m], and the curvature phi / u [1/m]."""
+        lengths = self.drawn + state.lattice[:3]
+        u = lengths[self.along]
+        return np.array([lengths[1 - self.along], u, state.lattice[3] / u])
+
+    def flat_history(self, history: LineHistory, points: int, per_station: int) -> Ints:
+        """Return the keys of pairs of the patch that are those of a flat cell of so many points."""
+        both, image = np.divmod(history.key, FAR * FAR)
+        i, j = np.divmod(both, points)
+        periods = np.stack([image // FAR - FAR // 2, image % FAR], axis=1)
+        first, other = (
+            per_station * self.patch.find(k // per_station, away) + k % per_station
+            for k, away in ((i, 0 * periods), (j, periods))
+        )
+        return first * len(self.contact.yarn) + other
+
+    def vectors(self, state: EndlessState) -> Floats:
+        """Return no lattice vectors (2, 3): images are explicit."""
+        return NO_LATTICE
+
+    def at_points(self, state: EndlessState) -> BeamState:
+        """Return position and rotation of the points of contact of the patch."""
+        return self.points.at(self._copies(state), NO_LATTICE)
+
+    def _all(self, state: EndlessState) -> BeamState:
+        copies = self._copies(state)
+        return replace(copies, position=copies.position[self._nodes], rotation=copies.rotation[self._nodes])
+
+    def _motions(self, state: EndlessState) -> tuple[Floats, Floats, Floats]:
+        """Return periods round the cylinder (N,) of the stations of the patch, R (N, 3, 3), and D, D', D'' (N, 3, 3)."""
+        j = self.patch.image[:, self.along]
+        periods, which = np.unique(j, return_inverse=True)
+        angle = periods * state.lattice[3]
+        t, weight = np.polynomial.legendre.leggauss(GAUSS)
+        t, weight = 0.5 + 0.5 * t, 0.5 * weight
+        way = exp((angle[:, None] * t)[..., None] * self.turn) @ self.across
+        once = np.cross(self.turn, way)
+        ways = np.stack([way, once, np.cross(self.turn, once)], axis=2)  # (J, G, 3, 3)
+        power = (periods[:, None] * t)[..., None] ** np.arange(3)
+        D = np.einsum("j,g,jgd,jgdi->jdi", periods, weight, power, ways)
+        return j, exp(angle[:, None] * self.turn)[which], D[which]
+
+    def _copies(self, state: EndlessState) -> BeamState:
+        """Return the state of all stations of the patch."""
+        j, R, D = self._motions(state)
+        lengths, beams, owner = self.drawn + state.lattice[:3], state.beams, self.patch.owner
+        along_axis = self.patch.image[:, 1 - self.along] * lengths[1 - self.along] + j * lengths[2]
+        position = np.einsum("nij,nj->ni", R, beams.position[owner])
+        position += lengths[self.along] * D[:, 0] + np.multiply.outer(along_axis, self.axis)
+        return replace(beams, position=position, rotation=R @ beams.rotation[owner])
+
+    def respond(self, state: EndlessState, stiffness: bool) -> Response:
+        """Return forces, energies and, if asked, the tangent."""
+        beams, contact, points, active = self._placed(state)
+        inner = self.inner.respond(beams, stiffness)
+        on_points, energy, tangent = contact.respond(
+            points, NO_LATTICE, state.contact, stiffness, active, self._points_follow
+        )
+        force = self._points_follow.forces(on_points)  # on all stations of the patch, and on no lattice
+        rows = (6 * self._nodes[:, None] + np.arange(6)).ravel()
+        force[rows] += inner.force
+        T, turned = self._follow(state, force[:-3])
+        if stiffness:
+            own = T[rows].T @ sp.csr_matrix(inner.stiffness) @ T[rows]
+            tangent = sp.csr_matrix(own + T.T @ tangent @ T + turned + sp.diags(self._drag))
+            tangent.sort_indices()
+        return replace(
+            inner,
+            force=T.T @ force + self._drag * state.moved,
+            energy=summed(
+                inner.energy | energy | {"stabilisation": self._dragged(state)},
+                {form: -stored for form, stored in self._stored.items()},
+            ),
+            stiffness=tangent,
+            status=SOFT,
+        )
+
+    def _follow(self, state: EndlessState, force: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+        """Return T (6 N + 3, size), how the patch follows the unknowns, and dT^T f under forces f (6 N,) on it."""
+        j, R, D = self._motions(state)
+        owner, n, u = self.patch.owner, self.nodes, (self.drawn + state.lattice[:3])[self.along]
+        N, spin = len(owner), hat(self.turn)
+        turned = j[:, None, None] * (spin @ R)  # dR / dphi
+        position = state.beams.position[owner]
+        rate = np.einsum("nij,nj->ni", turned, position)
+        last = np.zeros((N, 6, 4))
+        last[:, :3, 1 - self.along] = np.multiply.outer(self.patch.image[:, 1 - self.along], self.axis)
+        last[:, :3, self.along] = D[:, 0]
+        last[:, :3, 2] = np.multiply.outer(j, self.axis)
+        last[:, :3, 3] = rate + u * D[:, 1]
+        last[:, 3:, 3] = np.multiply.outer(j, self.turn)
+        column = (2 * owner[:, None] + np.arange(2)).ravel()
+        blocks = sp.bsr_matrix((np.repeat(R, 2, axis=0), column, np.arange(2 * N + 1)), (6 * N, 6 * n))
+        T = sp.vstack([sp.hstack([blocks, last.reshape(-1, 4)]), sp.csr_matrix((3, self.size))], format="csr")
+        f = force.reshape(N, 2, 3)
+        by_angle = np.zeros(self.size)  # of all forces
+        on_owner = np.zeros((n, 2, 3))
+        np.add.at(on_owner, owner, np.einsum("nij,nai->naj", turned, f))
+        by_angle[: 6 * n] = on_owner.ravel()
+        by_angle[6 * n + self.along] = np.vdot(D[:, 1], f[:, 0])
+        of_moment = by_angle.copy()  # by all unknowns: spins of images do not change the moment that they take
+        of_moment[: 6 * n].reshape(n, 2, 3)[:, 1] = 0.0
+        twice = j[:, None] * np.cross(self.turn, rate) + u * D[:, 2]
+        of_moment[-1] = np.vdot(twice, f[:, 0])
+        edge = np.arange(self.size)
+        at = np.full(self.size, self.size - 1)
+        entries = np.append(by_angle[:-1], of_moment), (np.append(edge[:-1], at), np.append(at[:-1], edge))
+        return T, sp.csr_matrix(entries, (self.size, self.size))
