@@ -26,10 +26,10 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE
-from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
 from knitstudy.mechanics.beams.pair_search import FAR, PairSearch, PointPairs
+from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 from knitstudy.mechanics.rotation import exp, hat
@@ -114,47 +114,59 @@ class BentBeams(EndlessBeams):
 
     def __init__(
         self,
-        inner: BeamModel,
-        owner: Ints,
-        image: Ints,
-        lattice: Lattice,  # of the flat sheet; arguments before as of `EndlessBeams`
+        flat: EndlessBeams,
+        state: EndlessState,  # of the flat sheet, in which bending begins
         contact: LineContact,  # of points of the patch, without period
         points: ContactPoints,
         patch: Patch,
         along: int,  # number of the lattice vector that is bent
     ) -> None:
-        super().__init__(inner, owner, image, lattice, contact, points)
+        super().__init__(flat.inner, flat.owner, flat.image, Lattice(flat.vectors(state)), contact, points)
         contact.search = PatchSearch(contact.search, patch.image[points.station])
-        self.patch, self.along, self.flat = patch, along, self._begins
-        t, over = lattice.vectors[along], lattice.vectors[1 - along]
-        self.axis = over / np.linalg.norm(over)
-        across = t - (t @ self.axis) * self.axis
-        self.drawn = np.zeros(3)  # s and u, s' in the flat sheet
-        self.drawn[[1 - along, along, 2]] = np.linalg.norm(over), np.linalg.norm(across), t @ self.axis
-        self.across = across / self.drawn[along]
+        self.patch, self.along = patch, along
+        t, over = self.lattice.vectors[[along, 1 - along]]
+        s, shift = float(np.linalg.norm(over)), float(t @ over / np.linalg.norm(over))
+        self.axis = over / s
+        across = t - shift * self.axis
+        u = float(np.linalg.norm(across))
+        self.flat = np.insert([s, shift], along, u)  # s and u in the order of the vectors, s'
+        self.across = across / u
         self.turn = np.cross(UP, self.across)
         self.size += 1
-        self.scale = np.append(self.scale, self.drawn[along])
+        self.scale = np.append(self.scale, u)
         self._drag = np.append(self._drag, 0.0)
-        self._begins = replace(self._begins, lattice=np.zeros(4), moved=np.zeros(self.size))
-        self._nodes = patch.find(owner, image)
+        self._nodes = patch.find(flat.owner, flat.image)
+        self._begins = EndlessState(state.beams, np.zeros(4), LineHistory.none(), np.zeros(self.size))
+        if contact.mu:
+            self._begins = replace(self._begins, contact=self._carried(state))
+        self._stored = self.respond(self._begins, stiffness=False).energy
 
-    def bending(self, state: EndlessState) -> Floats:
-        """Return the lengths s along the axis and u round the cylinder [m], and the curvature phi / u [1/m]."""
-        lengths = self.drawn + state.lattice[:3]
-        u = lengths[self.along]
-        return np.array([lengths[1 - self.along], u, state.lattice[3] / u])
-
-    def flat_history(self, history: LineHistory, points: int, per_station: int) -> Ints:
-        """Return the keys of pairs of the patch that are those of a flat cell of so many points."""
-        both, image = np.divmod(history.key, FAR * FAR)
-        i, j = np.divmod(both, points)
+    def _carried(self, state: EndlessState) -> LineHistory:
+        """Return the friction of a flat sheet, whose pairs are pairs of the patch."""
+        past, each = state.contact, len(self.contact.yarn) // len(self.patch.owner)
+        both, image = np.divmod(past.key, FAR * FAR)
         periods = np.stack([image // FAR - FAR // 2, image % FAR], axis=1)
-        first, other = (
-            per_station * self.patch.find(k // per_station, away) + k % per_station
-            for k, away in ((i, 0 * periods), (j, periods))
+        i, j = (
+            each * self.patch.find(k // each, away) + k % each
+            for k, away in zip(np.divmod(both, each * self.nodes), (0 * periods, periods), strict=True)
         )
-        return first * len(self.contact.yarn) + other
+        key = i * len(self.contact.yarn) + j
+        order = np.argsort(key)
+        kept = key[order], past.traction[order], past.stored[order]
+        return self.contact.restored_history(self.at_points(self._begins), NO_LATTICE, *kept)
+
+    @property
+    def per_curvature(self) -> Floats:
+        """Angle phi [m] and force on it over a moment per width [m], by lengths of the flat sheet."""
+        return self.flat[[self.along, 1 - self.along]]
+
+    def bending_stiffness(self, state: EndlessState, held: Ints) -> float:
+        """Return the derivative of the moment per width by curvature [N m] with unknowns (k,) that are held."""
+        K = sp.csc_matrix(self.respond(state, stiffness=True).tangent)
+        free = np.setdiff1d(np.arange(self.size - 1), held)
+        eased = factorise(K[free][:, free]).solve(K[free][:, [-1]].toarray())
+        round_, along_axis = self.per_curvature
+        return float((K[-1, -1] - K[[-1]][:, free] @ eased).item() * round_ / along_axis)
 
     def vectors(self, state: EndlessState) -> Floats:
         """Return no lattice vectors (2, 3): images are explicit."""
@@ -185,7 +197,7 @@ class BentBeams(EndlessBeams):
     def _copies(self, state: EndlessState) -> BeamState:
         """Return the state of all stations of the patch."""
         j, R, D = self._motions(state)
-        lengths, beams, owner = self.drawn + state.lattice[:3], state.beams, self.patch.owner
+        lengths, beams, owner = self.flat + state.lattice[:3], state.beams, self.patch.owner
         along_axis = self.patch.image[:, 1 - self.along] * lengths[1 - self.along] + j * lengths[2]
         position = np.einsum("nij,nj->ni", R, beams.position[owner])
         position += lengths[self.along] * D[:, 0] + np.multiply.outer(along_axis, self.axis)
@@ -220,7 +232,7 @@ class BentBeams(EndlessBeams):
     def _follow(self, state: EndlessState, force: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
         """Return T (6 N + 3, size), how the patch follows the unknowns, and dT^T f under forces f (6 N,) on it."""
         j, R, D = self._motions(state)
-        owner, n, u = self.patch.owner, self.nodes, (self.drawn + state.lattice[:3])[self.along]
+        owner, n, u = self.patch.owner, self.nodes, (self.flat + state.lattice[:3])[self.along]
         N, spin = len(owner), hat(self.turn)
         turned = j[:, None, None] * (spin @ R)  # dR / dphi
         position = state.beams.position[owner]

@@ -1,6 +1,6 @@
 """The stages, each declared once: the keys that it reads, its inputs, its function, its file, and its code.
 
-    geometry -> mesh, rest -> simulation -> contacts, stress -> exports
+    geometry -> mesh, rest -> simulation, bending -> contacts, stress -> exports
 
 The rules of the workflow, `simulate`, the command and the benchmarks take the stages from `STAGES`. The code behind a
 result counts by the bytes of all files in the rooms that its stage declares: a changed comment is a change. Files of
@@ -160,6 +160,19 @@ _STAGES = (
         reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
+        intermediate=True,
+        reports=True,
+        queued=True,
+        cost=lambda scene: Cost(seconds=60.0),
+    ),
+    Stage(
+        name="bending",
+        path_pattern="bending/{scene}.nc",
+        message="Bend {wildcards.scene}",
+        function=later("knitstudy.knit.models.beam.bending:bend"),
+        reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
+        of=lambda scene: scene.specimen == "cell" and scene.fidelity == "beam",
+        needs=GEOMETRY | {"rest": Need("rest")},
         intermediate=True,
         reports=True,
         queued=True,

@@ -53,8 +53,9 @@ KINDS = {
     "geometry": "geometry",  # fabrics
     "mesh": "mesh",  # swept meshes
     "rest": "shape at rest",  # of cells of beams
+    "bending": "file of bending",  # the same
     "coordinates": "file",  # names of entries along a dimension, in all files
 }
-HISTORY, CONTACTS, STRESSES, GEOMETRY, MESH, REST, COORDINATES = (
+HISTORY, CONTACTS, STRESSES, GEOMETRY, MESH, REST, BENDING, COORDINATES = (
     Columns(kind, _LISTED[_LISTED["file"] == name]) for name, kind in KINDS.items()
 )

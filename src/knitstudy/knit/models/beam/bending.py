@@ -1,0 +1,79 @@
+"""Bending of a cell of beams in contact: moments per width against curvature, there and back, in both directions.
+
+The cell starts from its shape at rest, flat, with the friction that holds it there; where friction holds nothing, yarns
+that touch stick. It is bent as a cylinder: nothing pulls in the plane, the axis stays straight, and nothing twists.
+Curvatures and widths refer to the flat cell. The path is that of the KES-FB2 tester (Kawabata 1980).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import xarray as xr
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.knit.geometry.columns import BENDING
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.run import IN_MEMORY, Run
+from knitstudy.knit.loading.solve import settings_of
+from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.models.beam.cell import HELD, BeamCell, build
+from knitstudy.knit.models.beam.contact import STRIDE, contact_of
+from knitstudy.mechanics.beams.line_contact import MARGIN, NEAR
+from knitstudy.mechanics.bent import BentBeams, Patch
+from knitstudy.mechanics.increment import PrescribedDisplacement
+from knitstudy.mechanics.linear import LU
+from knitstudy.mechanics.load_path import trace
+
+CURVATURE = 250.0  # at the turns of the path [1/m]
+TURNS = np.array([1.0, -1.0, 0.0])  # corners of the path, over that
+STEPS = 5  # increments from one corner to the next, of that curvature each
+
+
+def bend(scene: CellOfBeams, geometry: xr.Dataset, rest: xr.Dataset | None = None, run: Run = IN_MEMORY) -> xr.Dataset:
+    """Return moments per width, dissipated energy and stiffness at first bending; a path that ends early has nan.
+
+    Errors as of `cell.build`; ConvergenceError if the tangent of the flat cell is singular.
+    """
+    cell = build(scene, fabric_of(geometry), rest).observer
+    assert isinstance(cell, BeamCell)
+    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
+    way = np.cumsum(np.abs(np.diff(TURNS, prepend=0.0)))
+    count = int(way[-1]) * STEPS
+    curves, first, ended = np.full((2, 3, count + 1), np.nan), [], []
+    for along, name in enumerate(("course", "wale")):
+        model = bent(scene, cell, along)
+        first.append(model.bending_stiffness(model.start(), HELD))
+        size, width = model.per_curvature
+        turns = np.zeros((len(TURNS), len(HELD) + 1))
+        turns[:, -1] = CURVATURE * TURNS * size
+        path = PrescribedDisplacement(np.append(HELD, model.size - 1), turns, tuple((way / way[-1]).tolist()))
+        stops = np.linspace(0, 1, count + 1)
+        path = replace(path, stops=tuple(stops[1:].tolist()))
+        try:
+            for now in trace(model, path, replace(settings, increments=count), LU()):
+                run.progress(0.5 * (along + now.load), name)
+                at = np.flatnonzero(np.isclose(stops, now.load))
+                energy = now.response.energy["friction"] / (size * width)
+                curves[along, :, at] = now.state.lattice[3] / size, now.response.force[-1] / width, energy
+        except ConvergenceError as error:
+            ended.append(f"{name}: {error}")
+    names = ("curvature", "moment_per_width", "friction_per_area")
+    values = dict(zip(names, curves.swapaxes(0, 1), strict=True)) | {"first_bending_stiffness": np.array(first)}
+    return xr.Dataset(BENDING.variables(values)).assign_attrs(ended="; ".join(ended))
+
+
+def bent(scene: CellOfBeams, cell: BeamCell, along: int) -> BentBeams:
+    """Return the flat cell, whose lattice vector `along` is to be bent."""
+    rows, flat = cell.rows, cell.model
+    state, stations = flat.start(), rows.stations
+    patch = Patch.around(
+        stations.yarn,
+        stations.arc_length,
+        rows.period,
+        state.beams.position,
+        flat.vectors(state),
+        (1 + MARGIN) * NEAR * scene.yarn.diameter,
+    )
+    return BentBeams(flat, state, *contact_of(scene).along(patch.yarn, patch.arc_length), patch, along)
