@@ -1,23 +1,23 @@
-"""Write the tables of columns into files.md: ``python docs/reference/columns.py``. They come from the library."""
+"""Write the tables of columns into files.md, from the library: ``python docs/reference/columns.py``.
+
+``python docs/reference/columns.py geometry mesh rest`` prints tables that are not on the page.
+"""
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 
-TABLES = {
-    "history": HISTORY,
-    "contacts": CONTACTS,
-    "stresses": STRESSES,
-    "geometry": GEOMETRY,
-    "mesh": MESH,
-    "rest": REST,
-}
+TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
 """By the name in the comments that a table of the page stands between."""
+
+PRINTED = {"geometry": GEOMETRY, "mesh": MESH, "rest": REST}
+"""Of files that hardly anybody reads, and whose variables say what they mean: not on the page."""
 
 
 def markdown(columns: Columns) -> str:
@@ -61,4 +61,7 @@ def renewed(page: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    if sys.argv[1:]:
+        print("\n\n".join(markdown((TABLES | PRINTED)[name]) for name in sys.argv[1:]))
+    else:
+        PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
