@@ -1,6 +1,6 @@
 """Write the tables of columns into files.md, from the library: ``python docs/reference/columns.py``.
 
-``python docs/reference/columns.py geometry mesh rest`` prints tables that are not on the page.
+``python docs/reference/columns.py stresses geometry mesh rest`` prints tables that are not on the page.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, R
 
 PAGE = Path(__file__).with_name("files.md")
 
-TABLES = {"history": HISTORY, "contacts": CONTACTS, "stresses": STRESSES}
+TABLES = {"history": HISTORY, "contacts": CONTACTS}
 """By the name in the comments that a table of the page stands between."""
 
-PRINTED = {"geometry": GEOMETRY, "mesh": MESH, "rest": REST}
+PRINTED = {"stresses": STRESSES, "geometry": GEOMETRY, "mesh": MESH, "rest": REST}
 """Of files that hardly anybody reads, and whose variables say what they mean: not on the page."""
 
 
