@@ -124,7 +124,9 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
         table = _with_others(table[table["id"].isin(claims)], VERDICTS_KEPT, "id")
         _keep_in_readings(TABLES.make("readings", **sources_of(tables, "readings")), claims)
         pictures = VERDICTS_PAGE.with_suffix("")
-        page, _ = summarise(TEMPLATE, table, readings, [path.stem for path in pictures.iterdir()], pictures.name)
+        page, _ = summarise(
+            TEMPLATE, table, readings, [path.stem for path in pictures.iterdir()], pictures.name
+        )
         return _keep_page(page, table)
     folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
     for name in filter(folders.__contains__, tables.names()):
