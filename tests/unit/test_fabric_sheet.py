@@ -125,8 +125,10 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
         assert 0 < uncertainty < 0.3 * value, quantity
     assert 0 < float(table.loc["course loss of a cycle", "value"]) < 100
     assert float(table.loc["bending stiffness, course, yarns tied", "value"]) > 0
-    for quantity in ("thickness under pressure", "bending stiffness, course", "curling moment at rest, wale"):
+    for quantity in ("thickness under pressure", "bending stiffness, wale", "curling moment at rest, wale"):
         assert list(table.loc[quantity, ["value", "uncertainty"]]) == ["not known", "not known"]
+    assert table.loc["bending stiffness, wale", "remark"] == sheets.SLACK  # rows of drawn loops do not touch
+    assert float(table.loc["bending stiffness, course", "value"]) > 0  # of the yarns alone
     assert set(made[0].curves["load"]) == {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5"}
     at_once = made[0].curves.query("load == 'both ways 1:0.5'")
     assert at_once["wale strain [1]"].to_numpy() == pytest.approx(
@@ -190,6 +192,32 @@ def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatc
     assert CliRunner().invoke(main, [*asked, "--tex", "30"]).exit_code == 2
 
 
+def bent(slope, cycle=True):
+    """Bending with a moment of 1e-3 N at rest in both directions, 1e-4 N less on the way back."""
+    curvature = np.array([0.0, 50, 100, 150, 250, 50, -250, 0]) if cycle else np.array([0.0, 100, 250])
+    moment = 1e-3 + slope * curvature - 1e-4 * (np.arange(len(curvature)) > 4)
+    names = ("direction", "increment")
+    planes = {
+        "curvature": curvature,
+        "moment_per_width": moment,
+        "friction_per_area": 1e-3 * curvature[::-1] + 0.2,
+    }
+    both = {name: (names, np.tile(values, (2, 1))) for name, values in planes.items()}
+    first = {"first_bending_stiffness": ("direction", [2 * slope, 3 * slope])}
+    return xr.Dataset(both | first, attrs={"ended": ""})
+
+
+def test_bending_is_a_slope_a_hysteresis_and_a_moment_at_rest():
+    rows = sheets._bending_rows([bent(1e-5), bent(2e-5, cycle=False)], 0.08, None)
+    table = {row[0]: row[1:4] for row in rows}
+    assert table["bending stiffness, course"] == ["1e-05", "1e-05", "N m"]
+    assert table["bending stiffness at first, wale"] == ["3e-05", "3e-05", "N m"]
+    # From 250 to 50 1/m the way back is straight: at 100 it has lost three quarters of 1e-4 N.
+    assert table["bending hysteresis, course"] == ["7.5e-05", "6e-06", "N"]
+    assert table["bending loss of a cycle, course"] == ["0.2", "0.016", "J/m2"]
+    assert table["curling moment at rest, wale"] == ["0.001", "8e-05", "N"]
+
+
 def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     """Their difference is the uncertainty; a path that ends early counts as far as it goes, and is a note."""
     scene, asked = load_scene("fabric-acrylic-stockinette-course-free"), []
@@ -197,7 +225,11 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     def history(self, step):
         asked.append(step.scene)
         if step.stage.name != "simulation":
-            return xr.Dataset()
+            return (
+                bent(1e-5, cycle=bool(step.scene.load.turns))
+                if step.stage.name == "bending"
+                else xr.Dataset()
+            )
         load = step.scene.load
         axis = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}[load.deformation]
         stiff = 1000.0 if load.start == "rest" else 1100.0

@@ -61,10 +61,12 @@ class Patch:
     ) -> Patch:
         """Return the copies that come within reach, and one more to both sides, through which yarns go on."""
         most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ (np.ptp(position[:, :2], axis=0) + reach)
-        side, above = (np.ceil(most) + [1, 0]).astype(int).tolist()
+        side, above = int(np.ceil(most[0])) + 1, int(np.ceil(most[1]))
         a, b, owner = (
             each.ravel()
-            for each in np.meshgrid(np.arange(-side, side + 1), np.arange(above + 1), np.arange(len(yarn)), indexing="ij")
+            for each in np.meshgrid(
+                np.arange(-side, side + 1), np.arange(above + 1), np.arange(len(yarn)), indexing="ij"
+            )
         )
         order = np.lexsort((owner, a, yarn[owner], b))
         place = np.argsort(order).reshape(2 * side + 1, above + 1, len(yarn))
@@ -180,8 +182,8 @@ class BentBeams(EndlessBeams):
         copies = self._copies(state)
         return replace(copies, position=copies.position[self._nodes], rotation=copies.rotation[self._nodes])
 
-    def _motions(self, state: EndlessState) -> tuple[Floats, Floats, Floats]:
-        """Return periods round the cylinder (N,) of the stations of the patch, R (N, 3, 3), and D, D', D'' (N, 3, 3)."""
+    def _motions(self, state: EndlessState) -> tuple[Ints, Floats, Floats]:
+        """Return periods round the cylinder (N,) of stations of the patch, R (N, 3, 3), and D, D', D'' (N, 3, 3)."""
         j = self.patch.image[:, self.along]
         periods, which = np.unique(j, return_inverse=True)
         angle = periods * state.lattice[3]
@@ -252,7 +254,9 @@ class BentBeams(EndlessBeams):
         np.add.at(on_owner, owner, np.einsum("nij,nai->naj", turned, f))
         by_angle[: 6 * n] = on_owner.ravel()
         by_angle[6 * n + self.along] = np.vdot(D[:, 1], f[:, 0])
-        of_moment = by_angle.copy()  # by all unknowns: spins of images do not change the moment that they take
+        of_moment = (
+            by_angle.copy()
+        )  # by all unknowns: spins of images do not change the moment that they take
         of_moment[: 6 * n].reshape(n, 2, 3)[:, 1] = 0.0
         twice = j[:, None] * np.cross(self.turn, rate) + u * D[:, 2]
         of_moment[-1] = np.vdot(twice, f[:, 0])

@@ -170,7 +170,7 @@ _STAGES = (
         path_pattern="bending/{scene}.nc",
         message="Bend {wildcards.scene}",
         function=later("knitstudy.knit.models.beam.bending:bend"),
-        reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
+        reads=lambda scene: (*KIND, *scene.sections),
         of=lambda scene: scene.specimen == "cell" and scene.fidelity == "beam",
         needs=GEOMETRY | {"rest": Need("rest")},
         intermediate=True,

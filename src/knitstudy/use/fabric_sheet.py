@@ -59,7 +59,22 @@ SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
+BENT = (
+    50.0,
+    100.0,
+    150.0,
+)  # curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
+THERE_AND_BACK: dict[str, Any] = {
+    "load.strain": 0.05,
+    "load.turns": [0.1],
+}  # a load that turns: of bending as well
+
 NOT_KNOWN, UNBUILT = "not known", "not built yet for yarns that touch"
+SLACK = "its yarns are slack, or it snaps"
+CYLINDER = (
+    "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
+    "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
+)
 NEEDS_TEX = ("tightness factor", "mass per area")
 GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
@@ -172,7 +187,7 @@ def fabric_sheet(
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
     histories = {load: maker.history(load, keys) for load, keys in loads.items()}
-    tied = maker.tied()
+    tied, bent = maker.tied(), maker.bending()
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
     curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
@@ -182,13 +197,13 @@ def fabric_sheet(
     rows = [
         *_construction_rows(cell, [of["course"] for of in (histories, other) if of], tex),
         *_load_rows(curves, force),
-        *_bending_rows(tied),
+        *_bending_rows(bent, ERROR if verified else 0.0, tied),
     ]
     return Sheet(
         scene=scene,
         numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
         curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
-        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, *maker.notes),
+        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
         histories=histories,
         tied=tied,
     )
@@ -245,6 +260,18 @@ class _Maker:
         except KnitstudyError as error:
             self.notes.append(f"Bending of tied yarns is not known: {error}.")
             return None
+
+    def bending(self) -> list[xr.Dataset]:
+        """Return bending from both starts: there and back from the one that counts, from the other one there."""
+        made = []
+        for start in self.starts:
+            name = f"{self.cell.name}-sheet-bending-{start}".replace("_", "-")
+            keys = THERE_AND_BACK if start == self.starts[0] else {}
+            scene = self.cell.vary({"name": name, "load.start": start, **keys})
+            made.append(self.store.get(self.plan.step("bending", self.plan.labelled(scene))))
+            if made[-1].attrs["ended"]:
+                self.notes.append(f"Bending ended early: {made[-1].attrs['ended']}")
+        return made
 
     def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
         """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
@@ -327,10 +354,15 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
     return rows
 
 
-def _bending_rows(tied: xr.Dataset | None) -> list[list[str]]:
-    """Return bending and curling: of touching yarns not known, of tied ones at their drawn loops."""
-    rows = [_row(f"bending stiffness, {way}", [nan], "N m", UNBUILT) for way in STRAINS[:2]]
-    rows += [_row(f"curling moment at rest, {way}", [nan], "N", UNBUILT) for way in STRAINS[:2]]
+def _bending_rows(bent: Sequence[xr.Dataset], error: float, tied: xr.Dataset | None) -> list[list[str]]:
+    """Return bending and curling: from both starts, and of tied yarns at their drawn loops."""
+    rows, units = [], ("N m", "N m", "N", "J/m2", "N")
+    for k, way in enumerate(STRAINS[:2]):
+        starts = [_bent(each.isel(direction=k)) for each in bent]
+        for (name, (value, remark)), unit in zip(starts[0].items(), units, strict=True):
+            others = [of[name][0] for of in starts[1:]] + ([(1 + error) * value] if error else [])
+            values = [value, *(other for other in others if not isnan(other))]
+            rows.append(_row(name.format(way), values, unit, SLACK if isnan(value) else remark))
     if tied is not None:
         matrix, drawn, front = section_matrix(tied), "drawn loops", "tension in front where positive"
         for k, way in enumerate(STRAINS[:2]):
@@ -339,3 +371,26 @@ def _bending_rows(tied: xr.Dataset | None) -> list[list[str]]:
                 _row(f"moment at 1 % strain, {way}, yarns tied", [0.01 * matrix[k, 3 + k]], "N", front)
             )
     return rows
+
+
+def _bent(bent: xr.Dataset) -> dict[str, tuple[float, str]]:
+    """Return numbers and remarks of bending in one direction, nan where the cell is slack or the path ended before."""
+    curve = bent[["curvature", "moment_per_width", "friction_per_area"]].to_pandas()
+    turn = int(curve["curvature"].argmax()) if len(curve) else 0
+    low, middle, high = (when(curve, "moment_per_width", "curvature", at) for at in BENT)
+    back = when(-curve[turn:], "moment_per_width", "curvature", -BENT[1])
+    first = float(bent["first_bending_stiffness"])
+    slack = nan if isnan(low) else 1.0
+    return {
+        "bending stiffness, {}": ((high - low) / (BENT[2] - BENT[0]), f"{BENT[0]:g} to {BENT[2]:g} 1/m"),
+        "bending stiffness at first, {}": (slack * first, "yarns that touch stick"),
+        "bending hysteresis, {}": (middle + back, f"there less back at {BENT[1]:g} 1/m"),
+        "bending loss of a cycle, {}": (
+            nan if isnan(back) else float(curve["friction_per_area"].iloc[-1]),
+            "between 250 and -250 1/m",
+        ),
+        "curling moment at rest, {}": (
+            slack * float(curve["moment_per_width"].iloc[0]),
+            "holds the fabric flat",
+        ),
+    }

@@ -27,11 +27,17 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 
 CURVATURE = 250.0  # at the turns of the path [1/m]
-TURNS = np.array([1.0, -1.0, 0.0])  # corners of the path, over that
+TURNS = np.array(
+    [1.0, -1.0, 0.0]
+)  # corners of the path, over that; of a load that does not turn the first one
 STEPS = 5  # increments from one corner to the next, of that curvature each
 
+NAMES = ("curvature", "moment_per_width", "friction_per_area")
 
-def bend(scene: CellOfBeams, geometry: xr.Dataset, rest: xr.Dataset | None = None, run: Run = IN_MEMORY) -> xr.Dataset:
+
+def bend(
+    scene: CellOfBeams, geometry: xr.Dataset, rest: xr.Dataset | None = None, run: Run = IN_MEMORY
+) -> xr.Dataset:
     """Return moments per width, dissipated energy and stiffness at first bending; a path that ends early has nan.
 
     Errors as of `cell.build`; ConvergenceError if the tangent of the flat cell is singular.
@@ -39,15 +45,16 @@ def bend(scene: CellOfBeams, geometry: xr.Dataset, rest: xr.Dataset | None = Non
     cell = build(scene, fabric_of(geometry), rest).observer
     assert isinstance(cell, BeamCell)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
-    way = np.cumsum(np.abs(np.diff(TURNS, prepend=0.0)))
+    corners = TURNS if scene.load.turns else TURNS[:1]
+    way = np.cumsum(np.abs(np.diff(corners, prepend=0.0)))
     count = int(way[-1]) * STEPS
     curves, first, ended = np.full((2, 3, count + 1), np.nan), [], []
     for along, name in enumerate(("course", "wale")):
         model = bent(scene, cell, along)
         first.append(model.bending_stiffness(model.start(), HELD))
         size, width = model.per_curvature
-        turns = np.zeros((len(TURNS), len(HELD) + 1))
-        turns[:, -1] = CURVATURE * TURNS * size
+        turns = np.zeros((len(corners), len(HELD) + 1))
+        turns[:, -1] = CURVATURE * corners * size
         path = PrescribedDisplacement(np.append(HELD, model.size - 1), turns, tuple((way / way[-1]).tolist()))
         stops = np.linspace(0, 1, count + 1)
         path = replace(path, stops=tuple(stops[1:].tolist()))
@@ -59,8 +66,9 @@ def bend(scene: CellOfBeams, geometry: xr.Dataset, rest: xr.Dataset | None = Non
                 curves[along, :, at] = now.state.lattice[3] / size, now.response.force[-1] / width, energy
         except ConvergenceError as error:
             ended.append(f"{name}: {error}")
-    names = ("curvature", "moment_per_width", "friction_per_area")
-    values = dict(zip(names, curves.swapaxes(0, 1), strict=True)) | {"first_bending_stiffness": np.array(first)}
+    values = dict(zip(NAMES, curves.swapaxes(0, 1), strict=True)) | {
+        "first_bending_stiffness": np.array(first)
+    }
     return xr.Dataset(BENDING.variables(values)).assign_attrs(ended="; ".join(ended))
 
 
