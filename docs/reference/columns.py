@@ -1,6 +1,6 @@
 """Write the tables of columns into files.md, from the library: ``python docs/reference/columns.py``.
 
-``python docs/reference/columns.py contacts stresses geometry mesh rest`` prints tables that are not on the page,
+``python docs/reference/columns.py contacts stresses geometry mesh rest bending`` prints tables that are not on the page,
 and with ``history`` the points in contact, which the page leaves out.
 """
 
@@ -10,14 +10,21 @@ import re
 import sys
 from pathlib import Path
 
-from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
+from knitstudy.knit.geometry.columns import BENDING, CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 
 TABLES = {"history": HISTORY}
 """On the page, by the name in the comments that a table stands between."""
 
-PRINTED = {"contacts": CONTACTS, "stresses": STRESSES, "geometry": GEOMETRY, "mesh": MESH, "rest": REST}
+PRINTED = {
+    "contacts": CONTACTS,
+    "stresses": STRESSES,
+    "geometry": GEOMETRY,
+    "mesh": MESH,
+    "rest": REST,
+    "bending": BENDING,
+}
 """Not on the page: variables of files say what they mean."""
 
 
