@@ -34,6 +34,7 @@ from knitstudy.mechanics.model import Response, summed
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 from knitstudy.mechanics.rotation import exp, hat
 
+ROOM = 1.3  # images that a cell has, over those that it needs flat: bent ones may fold together
 # Points of Gauss's rule for D and its derivatives: exact to rounding up to |j phi| = 3
 GAUSS = 12
 UP = np.array([0.0, 0.0, 1.0])
@@ -59,9 +60,9 @@ class Patch:
         vectors: Floats,  # (2, 3), of the lattice [m]
         reach: float,  # distance up to which points are to find each other [m]
     ) -> Patch:
-        """Return the copies that come within reach, and one more to both sides, through which yarns go on."""
+        """Return the copies that come within reach, and more to both sides, through which yarns go on."""
         most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ (np.ptp(position[:, :2], axis=0) + reach)
-        side, above = int(np.ceil(most[0])) + 1, int(np.ceil(most[1]))
+        side, above = int(ROOM * most[0]) + 2, int(ROOM * most[1]) + 1
         a, b, owner = (
             each.ravel()
             for each in np.meshgrid(
@@ -86,10 +87,9 @@ class PatchSearch(PairSearch):
     def __init__(self, of: PairSearch, image: Ints) -> None:
         """Search among the points of a contact whose copies are so many periods (p, 2) away."""
         super().__init__(of.yarn, of.arc_length, of.beside, None, None)
-        a, self.image = image[:, 0], image
         self.own = np.flatnonzero(~image.any(axis=1))
-        self.others = np.flatnonzero((image[:, 1] > 0) | (a > 0))
-        self.edge = np.abs(a).max()
+        self.others = np.flatnonzero((image[:, 1] > 0) | (image[:, 0] > 0))
+        self.at_edge = (np.abs(image) == np.abs(image).max(axis=0)).any(axis=1)
 
     def _all(self, reach: float, position: Floats, vectors: Floats) -> PointPairs:
         tree = cKDTree(position[self.own])
@@ -101,7 +101,7 @@ class PatchSearch(PairSearch):
         key = i * len(position) + j
         order = chosen[np.argsort(key[chosen])]
         i, j = i[order], j[order]
-        if (np.abs(self.image[j, 0]) == self.edge).any():
+        if self.at_edge[j].any():
             raise ConvergenceError("yarns of the bent cell touch images beyond those that it has")
         none = np.zeros((len(i), 2), dtype=np.int64)
         return PointPairs(i, j, none, position[j] - position[i], key[order])
