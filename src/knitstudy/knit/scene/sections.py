@@ -263,6 +263,39 @@ class SetYarn(BeamYarn):
     """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Checked: 0 and 1."""
 
 
+def _second(unit: str, what: str, **bounds: Any) -> Any:
+    return physics("choice", unit=unit, meaning=what, default=None, **bounds)
+
+
+class SecondYarn(Section, group="yarn_b"):
+    """A second yarn: rows take `yarn` (a) and this one (b) by turns, as `rows` lists them from the bottom on.
+
+    What is null is as of `yarn`, which is at least as thick; all null: there is no second yarn. `contact.friction` is
+    that of both.
+    """
+
+    rows: Annotated[tuple[Literal["a", "b"], ...], Field(min_length=1)] = physics(
+        "choice", allowed="a list of a and b, the bottom row first, such as [a, a, b]", default=("a", "b")
+    )
+    """Alternate courses. Checked: [a, b] and [a, a, b, b]."""
+    diameter: Length | None = _second("m", "in m")
+    """Plied, covered and single yarns differ. Checked: down to half of that of `yarn`."""
+    youngs_modulus: Modulus | None = _second("Pa", "in Pa")
+    """Of another polymer. Checked: a tenth and ten times that of `yarn`."""
+    stretching: Stiffness | None = _second("N", "force over strain [N]")
+    """Elastane stretches where cotton does not. Checked: as of `yarn`."""
+    bending: Stiffness | None = _second("N m2", "moment over curvature [N m2]")
+    """Of fewer or thinner fibres. Checked: as of `yarn`."""
+    twisting: Stiffness | None = _second("N m2", "moment over twist [N m2]")
+    """Of fewer or thinner fibres. Checked: as of `yarn`."""
+    pressing: Stiffness | None = _second("N", "force of yarns b that cross at an approach of a diameter [N]")
+    """Both laws act in series where a yarn crosses the other. Checked: against closed forms."""
+    pressing_exponent: float | None = _second("1", "the exponent of the approach", ge=1.5, le=10)
+    """The law of both yarns is fitted, within 5 %. Checked: 2.5 beside 2.9."""
+    set: float | None = _second("1", "stress-free curvature over that of the drawn loop", ge=0, le=1)
+    """One yarn may be heat-set and the other not. Checked: 0 beside 1."""
+
+
 # Load
 
 
