@@ -274,9 +274,13 @@ class Scene(Part, metaclass=SceneType):
         return math.inf if friction is None else friction(self.sections["contact"])
 
     @property
-    def tex(self) -> float:
-        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does."""
-        return self._defaults.get("yarn", {}).get("tex") or math.nan
+    def tex(self) -> Floats | float:
+        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does; see `radius`."""
+        return self.tex_of("yarn")
+
+    def tex_of(self, section: str) -> float:
+        """Return the linear density [g/km] of the yarn of a section; nan where it is not known."""
+        return self._defaults.get(section, {}).get("tex") or math.nan
 
     @property
     def radius(self) -> Floats | float:

@@ -14,6 +14,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, safe_name, write_table
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import SecondYarn
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import SIZE, THERE
@@ -26,6 +27,7 @@ FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
 # With these given, forces are not proportional to the modulus
 STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
+STIFFNESSES += tuple(f"yarn_b.{name}" for name in SecondYarn.model_fields if name != "rows")
 
 
 def _curve_options(command: Callable[..., None]) -> Callable[..., None]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
 
-from knitstudy.knit.scene.alternatives import STIFFNESSES
+from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
@@ -111,18 +112,24 @@ class CellOfBeams(_Beams, Cell):
     @property
     def yarns(self) -> tuple[SetYarn, ...]:
         """Its yarns: that of rows a, and that of rows b where there is one."""
-        own = {key: value for key, value in vars(self.yarn_b).items() if value is not None and key != "rows"}
+        said = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
+        own = {key: value for key, value in said.items() if value is not None and key != "rows"}
         return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)
+
+    def _by_row(self, one: float, other: float) -> Floats | float:
+        two = len(self.yarns) > 1
+        return np.array([one, other])[self.yarn_of(np.arange(self.pattern.rows))] if two else one
 
     @property
     def radius(self) -> Floats | float:
         """Radius of the yarn, or of the yarns of its rows (rows,) where there are two [m]."""
-        yarns, rows = self.yarns, np.arange(self.pattern.rows)
-        return (
-            np.array([yarn.radius for yarn in yarns])[self.yarn_of(rows)]
-            if len(yarns) > 1
-            else self.yarn.radius
-        )
+        return self._by_row(self.yarn.radius, self.yarns[-1].radius)
+
+    @property
+    def tex(self) -> Floats | float:
+        """Linear density [g/km], as `radius`; nan where it is not known."""
+        one, other = (self.tex_of(section) for section in SECTIONS)
+        return self._by_row(one, one if math.isnan(other) and self.yarn_b.diameter is None else other)
 
     def yarn_of(self, rows: Ints) -> Ints:
         """Return which of its two yarns rows (k,) are of."""

@@ -106,9 +106,10 @@ def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
         yarns, yarn_of = scene.yarns, scene.yarn_of
 
     def law_of(yarn: BeamYarn) -> Power:
+        exponent = yarn.pressing_exponent
         if yarn.pressing is None:
             return LAWS.find(beam.section).of(yarn, beam)
-        return Power(yarn.pressing / yarn.diameter**yarn.pressing_exponent, yarn.pressing_exponent)
+        return Power(yarn.pressing / yarn.diameter**exponent, exponent)
 
     laws = tuple(law_of(yarn) for yarn in yarns)
     if laws[0].penalty:  # of half a radius, at an approach of R / 4
