@@ -390,14 +390,14 @@ def test_a_direction_of_rib_is_claimed_where_four_fifths_of_the_measured_strains
 STRIPES = {"fidelity": "beam", "pattern.rows": 2, "load.lateral": "free"}
 NO_STRIPES = [
     ({"yarn_b.rows": ["a", "c"]}, "must be a list of a and b, the bottom row first"),
-    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: give yarn_b\.of"),
+    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: say yarn_b\.of"),
     ({"yarn_b.youngs_modulus": 1e9, "pattern.rows": 3}, r"pattern\.rows is 3 but must be a multiple of 2"),
-    ({"yarn_b.diameter": 1e-4}, r"must be from 0\.0009 m to 0\.0018 m, yarn\.diameter: loops are drawn"),
+    ({"yarn_b.diameter": 1e-4}, r"must be from 0\.0009 to 0\.0018 m, yarn\.diameter: loops are drawn"),
     ({"yarn_b.pressing": 1.0}, r"yarn_b\.pressing is given but yarn\.pressing is not"),
     ({"yarn_b.tex": 300.0}, r"yarn_b\.density is missing; yarn_b\.tex and yarn_b\.density belong together"),
     (
         {"fidelity": "spline_yarns", "yarn_b.of": "wool-2-48"},
-        "cells of beams in contact alone have two yarns",
+        "cells of beams that slide have two yarns",
     ),
     ({"yarn.of": "acrylic", "yarn_b.of": "cotton", "yarn_b.youngs_modulus": 1e9}, "is not read where all"),
 ]
@@ -428,5 +428,5 @@ def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
     assert again.tex.tolist() == [acrylic["tex"], wool["tex"], wool["tex"]] * 2
     doubled = scene.scaled(stiffness=2.0)
     assert doubled.yarns[1].pressing == 2 * wool["pressing"], "forces are proportional to all stiffnesses"
-    with refusal("cells of beams in contact alone have two yarns"):
+    with refusal("cells of beams that slide have two yarns"):
         scene.vary({"fidelity": "spline_yarns"})

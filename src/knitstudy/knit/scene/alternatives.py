@@ -33,7 +33,7 @@ LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometr
 STITCHES = "pattern.stitches"
 
 PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
-TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
+TEX = "yarn.tex"  # g/km; it goes with yarn.density [kg/m3], of the yarn with the air in it
 POINTS_FILE = "pattern.points_file"
 """CSV file of points x, y, z: one loop from a sinker's centre to the next one's, which is its last row."""
 ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
@@ -44,7 +44,7 @@ KNITOUT = "pattern.knitout"
 KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
 """The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
 
-OF = "yarn.of"
+FRICTION, OF = "contact.friction", "yarn.of"
 """A yarn by its name in ``resources/yarns``, or by the path of a user's file."""
 
 SECTIONS = "yarn", "yarn_b"
@@ -60,7 +60,7 @@ KEYS = {
     "twisting": ("yarn.twisting", "N m2"),
     "pressing": ("yarn.pressing", "N"),
     "pressing_exponent": ("yarn.pressing_exponent", "1"),
-    "friction": ("contact.friction", "1"),
+    "friction": (FRICTION, "1"),
 }
 """The key of a scene, and its unit, of every value of a yarn."""
 
@@ -71,11 +71,8 @@ OF_FIBRE = {"density": "kg/m3", "modulus": "N/tex", "pressure": "Pa", "pressing_
 STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
 """Keys that replace the stiffness of a solid circle."""
 
-OTHER_WAYS = (
-    *PER_METRE,
-    *(f"{section}.{name}" for section in SECTIONS for name in ("tex", "density", "of")),
-    *(POINTS_FILE, KNITOUT, *KNITOUT_PART),
-)
+OF_YARNS = tuple(f"{section}.{name}" for section in SECTIONS for name in ("tex", "density", "of"))
+OTHER_WAYS = (*PER_METRE, *OF_YARNS, POINTS_FILE, KNITOUT, *KNITOUT_PART)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -151,14 +148,15 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     values: dict[str, Any] = {KEYS[part][0]: value for part, value in known if part in KEYS}
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
-    if not first:  # contact.friction is of all yarns
-        for key in [key.replace("yarn", section, 1) for key, _ in KEYS.values() if key.startswith("yarn.")]:
-            values[key] = values.pop(key.replace(section, "yarn", 1), None)
-            if values[key] is None and key not in (*remaining, tex_key):
-                raise ConfigurationError(
-                    f"{where}: {of} {keys[of]} gives no {key}, which must not be that of yarn; set it"
-                )
-        values.pop("contact.friction", None)
+    if not first:  # friction is of both
+        values = {
+            key.replace("yarn.", f"{section}."): value for key, value in values.items() if key != FRICTION
+        }
+        own = [key.replace("yarn.", f"{section}.") for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        if lacking := [key for key in own if key not in values | remaining]:
+            raise ConfigurationError(
+                f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
+            )
     return remaining, {tex_key: None} | values | tex
 
 

@@ -389,14 +389,12 @@ def _require_kind(
     kind: Kind, keys: Iterable[str], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
 ) -> None:
     """Refuse keys that a kind does not have, and a yarn or values from before that it would leave out."""
-    second = [key for given in (keys, yarn) for key in given if key.startswith(f"{SECOND}.")]
-    second += [key for key, value in before.items() if key.startswith(f"{SECOND}.") and key != ROWS and value]
+    given = {**before, ROWS: None, **dict.fromkeys((*keys, *yarn), "")}
+    second = [key for key, value in given.items() if key.startswith(f"{SECOND}.") and value is not None]
     if second and not kind.has(ROWS):
-        of = f"where specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
-        can = "cells of beams in contact alone have two yarns: specimen cell, fidelity beam, interaction friction"
-        raise ConfigurationError(
-            f"{where}: {second[0]} is given {of} and interaction {word_of(kind.interaction.name)}: {can}"
-        )
+        of = f"specimen is {kind.specimen.name} and fidelity {kind.fidelity.name}"
+        can = "cells of beams that slide have two yarns: specimen cell, fidelity beam, interaction friction"
+        raise ConfigurationError(f"{where}: {second[0]} is given where {of}: {can}")
     _require_all_of_yarn(kind, yarn, where)
     _require_same_problem(kind, before, where)
     for key in keys:

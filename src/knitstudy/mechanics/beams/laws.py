@@ -219,18 +219,14 @@ class Power:
         """
         if other is self and radii[0] == radii[1]:
             return self
-        c, n, R = np.array(
-            [
-                [law.coefficient, law.exponent, radius]
-                for law, radius in zip((self, other), radii, strict=True)
-            ]
-        ).T
-        hard, depth, between = c * n / (2 * np.pi * R), np.array(FITTED) * R.sum(), 2 * R.prod() / R.sum()
-        ends = hard[:, None] * depth ** (n - 1)[:, None]
+        c, n = np.array([(law.coefficient, law.exponent) for law in (self, other)]).T
+        R, depth = np.array(radii), np.array(FITTED)[:, None] * sum(radii)
+        hard = c * n / (2 * np.pi * R)
+        ends = hard * depth ** (n - 1)
         p = np.geomspace(ends.min(), ends.max(), 400)[:, None]
         w = 0.5 * (p / hard) ** (1 / (n - 1))
-        inside = (w.sum(axis=1) >= depth[0]) & (w.sum(axis=1) <= depth[1])
-        x, y = np.log([w.sum(axis=1), 2 * np.pi * between * (p * w / n).sum(axis=1)])[:, inside]
+        delta, force = w.sum(axis=1), 4 * np.pi * R.prod() / R.sum() * (p * w / n).sum(axis=1)
+        x, y = np.log([delta, force])[:, (delta >= depth[0]) & (delta <= depth[1])]
         exponent, log = np.polyfit(x, y, 1)
         if (off := np.abs(np.expm1(exponent * x + log - y)).max()) > ASKEW:
             raise ConfigurationError(
@@ -454,13 +450,10 @@ class Mixed(Repulsion):
     @classmethod
     def of_yarns(cls, laws: Sequence[Power], diameters: Sequence[float], onset: float, kind: Ints) -> Mixed:
         """Return the repulsion of yarns with laws of their own; raises ConfigurationError as `Power.against`."""
-        R = 0.5 * np.array(diameters)
-        rows = [
-            [one.against(other, (r, s)) for other, s in zip(laws, R, strict=True)]
-            for one, r in zip(laws, R, strict=True)
-        ]
+        R, every = 0.5 * np.array(diameters), range(len(laws))
+        rows = [[laws[a].against(laws[b], (R[a], R[b])) for b in every] for a in every]
         values = {
-            name: np.array([[getattr(law, name) for law in row] for row in rows]) for name in laws[0].PAIRED
+            key: np.array([[getattr(law, key) for law in row] for row in rows]) for key in laws[0].PAIRED
         }
         return cls(laws[0], diameters[0], onset, kind=kind, laws=values, thickness=R / R[0])
 

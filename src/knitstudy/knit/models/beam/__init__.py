@@ -142,22 +142,20 @@ class CellOfBeams(_Beams, Cell):
         if second is self.yarn:
             if turns != ("a", "b"):
                 raise ValueError(
-                    f"yarn_b.rows is {list(turns)} but there is no yarn b: give yarn_b.of, or its values"
+                    f"yarn_b.rows is {list(turns)} but there is no yarn b: say yarn_b.of, or its values"
                 )
             return self
-        if count % len(turns):
+        if count % (repeat := len(turns)):
             raise ValueError(
-                f"pattern.rows is {count} but must be a multiple of {len(turns)}, the rows of yarn_b.rows {list(turns)}"
+                f"pattern.rows is {count} but must be a multiple of {repeat}, as of yarn_b.rows {list(turns)}"
             )
-        thickest = self.yarn.diameter
-        if not (least := THINNEST * thickest) <= second.diameter <= thickest:
-            wanted = (
-                f"from {least:g} m to {thickest:g} m, yarn.diameter: loops are drawn for the thicker yarn"
-            )
-            raise ValueError(f"yarn_b.diameter is {second.diameter:g} m but must be {wanted}")
+        most, own = self.yarn.diameter, second.diameter
+        if not (least := THINNEST * most) <= own <= most:
+            wanted = f"from {least:g} to {most:g} m, yarn.diameter: loops are drawn for the thicker yarn"
+            raise ValueError(f"yarn_b.diameter is {own:g} m but must be {wanted}")
         if self.yarn.pressing is None and second.pressing is not None:
             raise ValueError("yarn_b.pressing is given but yarn.pressing is not: give both, or none")
-        replaced = [getattr(second, key) for key in ("stretching", "bending", "twisting", "pressing")]
+        replaced = (second.stretching, second.bending, second.twisting, second.pressing)
         if self.yarn_b.youngs_modulus is not None and None not in replaced:
             raise ValueError(
                 "yarn_b.youngs_modulus is not read where all stiffnesses are given; leave it out"
