@@ -261,6 +261,20 @@ def test_two_yarns_of_equal_values_are_one_yarn():
         np.testing.assert_allclose(both[name], one[name], atol=within, rtol=0)
 
 
+def test_rows_of_the_second_yarn_alone_are_its_fabric():
+    """A thinner and softer yarn in loops that were drawn for the first one, beside a scene of it in the same loops."""
+    small = {"pattern.rows": 2, "load.lateral": "free", "contact.friction": 0.3, "load.strain": 0.06}
+    first = load_scene("stitches-plain-course").vary(KEYS | small | {"mesh.beam_size": 0.6})
+    geometry, thin = lay_out(first), 0.9 * first.yarn.diameter
+    second = first.vary({"yarn_b.diameter": thin, "yarn_b.youngs_modulus": SOFT, "yarn_b.rows": ["b"]})
+    alone = {"yarn.diameter": thin, "yarn.youngs_modulus": SOFT, "mesh.beam_size": 0.6 / 0.9}
+    both, one = (simulate(scene, geometry) for scene in (second, first.vary(alone)))
+    for name in ("force_per_width", "cell_strain", "energy", "largest_overlap"):
+        within = 1e-4 * float(abs(one[name]).max())
+        np.testing.assert_allclose(both[name], one[name], atol=within, rtol=0)
+    assert one.force_per_width.values[-1, 0] > 0
+
+
 @pytest.mark.parametrize("way", ["course", "wale"])
 def test_stripes_carry_more_than_the_soft_yarn_and_at_most_the_mean_of_both(way):
     """An even strain of both is no balance: it bounds the energy from above. Rows may begin with either yarn."""
