@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from refusals import REFUSED, refusal
 from scipy.stats import linregress
 
-from knitstudy import simulate
+from knitstudy import fabric_sheet, simulate
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import KEYS, diameter_of, known_yarns, read_yarn
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
@@ -430,3 +430,5 @@ def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
     assert doubled.yarns[1].pressing == 2 * wool["pressing"], "forces are proportional to all stiffnesses"
     with refusal("cells of beams that slide have two yarns"):
         scene.vary({"fidelity": "spline_yarns"})
+    with refusal(r"tex is 30, of one yarn; say yarn\.tex and yarn_b\.tex"):
+        fabric_sheet(scene, tex=30.0)
