@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import later, plugin_files, wings
 from knitstudy.run.cost import Cost, expected_cost
