@@ -1,7 +1,7 @@
 """Write the tables of columns into files.md, from the library: ``python docs/reference/columns.py``.
 
-``python docs/reference/columns.py contacts stresses geometry mesh rest bending`` prints tables that are not on the page,
-and with ``history`` the points in contact, which the page leaves out.
+``python docs/reference/columns.py contacts stresses geometry mesh rest bending`` prints tables that are not on the
+page, and with ``history`` the points in contact, which the page leaves out.
 """
 
 from __future__ import annotations
@@ -10,7 +10,16 @@ import re
 import sys
 from pathlib import Path
 
-from knitstudy.knit.geometry.columns import BENDING, CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
+from knitstudy.knit.geometry.columns import (
+    BENDING,
+    CONTACTS,
+    GEOMETRY,
+    HISTORY,
+    MESH,
+    REST,
+    STRESSES,
+    Columns,
+)
 
 PAGE = Path(__file__).with_name("files.md")
 

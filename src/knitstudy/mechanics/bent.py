@@ -96,7 +96,9 @@ class PatchSearch(PairSearch):
         i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
         near = tree.sparse_distance_matrix(cKDTree(position[self.others]), reach, output_type="coo_matrix")
         i, j = self.own[np.append(i, near.row)], np.append(self.own[j], self.others[near.col])
-        apart = np.abs(self.arc_length[j] - self.arc_length[i]) > self.beside
+        apart = (
+            np.abs(self.arc_length[j] - self.arc_length[i]) > np.broadcast_to(self.beside, len(position))[i]
+        )
         chosen = np.flatnonzero((self.yarn[i] != self.yarn[j]) | apart)
         key = i * len(position) + j
         order = chosen[np.argsort(key[chosen])]

@@ -71,7 +71,7 @@ THERE_AND_BACK: dict[str, Any] = {
 }  # a load that turns: of bending as well
 
 NOT_KNOWN, UNBUILT = "not known", "not built yet for yarns that touch"
-SLACK = "its yarns are slack, or it snaps"
+SLACK = "slack, or the path ended early"
 CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
