@@ -26,10 +26,10 @@ def straight(length, count):
     return np.column_stack([np.linspace(0, length, count + 1), np.zeros((count + 1, 2))])
 
 
-def knot(loose, turns, size=1.0, tail=8.0, clear=1.08):
+def knot(loose, turns, size=1.0, tail=8.0, clear=0.96):
     """Return the nodes of a `loose` knot of so many turns (lengths over the rod's radius), and the middle of its loop.
 
-    The strands of its braid are drawn with a gap between them, along a circle that meets the tails. These are `tail`
+    Strands of its braid are drawn as if they touched (`clear` 1), along a circle that meets the tails. These are `tail`
     radii of the loop long, and become straight. Elements are `size` long where strands may touch, and at most a
     sixteenth of the radius of the loop elsewhere.
     """
