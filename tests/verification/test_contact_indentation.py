@@ -156,6 +156,6 @@ def test_series_of_far_compliance(verify, poisson):
 
 
 if __name__ == "__main__":  # makes the series
-    places = chebyshev.chebpts1(FAR.shape[1] + 4)
+    places = chebyshev.chebpts1(FAR.shape[1] + 2)
     far = [[computed_far_compliance((1 + w) / (3 + w), way) for way in range(3)] for w in places]
     print(chebyshev.chebfit(places, far, len(places) - 1)[: FAR.shape[1]].T.tolist())
