@@ -6,6 +6,7 @@ not run stay as they are.
 
 import re
 import sys
+import time
 from importlib import import_module
 
 import pandas as pd
@@ -29,7 +30,9 @@ def as_markdown(table):
 
 def run(names):
     """Run benchmarks by their names; write the table and the page."""
-    for name in names:
+    begun = time.perf_counter()
+    for number, name in enumerate(names, 1):
+        print(f"{name}, {number} of {len(names)}, after {time.perf_counter() - begun:.0f} s", flush=True)
         rows = import_module(name).main(picture=name)
         table = pd.read_csv(TABLE) if TABLE.exists() else rows[:0]
         table = pd.concat([table[table.benchmark != rows.benchmark[0]], rows])
@@ -39,6 +42,10 @@ def run(names):
         place = re.compile(r"(<!-- table by `make knots` -->\n).*?(\n<!-- end -->)", re.DOTALL)
         text = place.sub(lambda found: found[1] + as_markdown(table) + found[2], page)  # noqa: B023
         PAGE.write_text(text, encoding="utf-8")
+    used = f"{time.process_time():.0f} s of a processor"
+    print(
+        f"{len(names)} benchmarks in {time.perf_counter() - begun:.0f} s, {used}: {TABLE.relative_to(ROOT)}"
+    )
 
 
 if __name__ == "__main__":

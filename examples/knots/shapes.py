@@ -1,6 +1,9 @@
 """Curves of the book of knots as points at the nodes of rods."""
 
 import numpy as np
+from braid import braid
+from scipy.integrate import cumulative_trapezoid
+from scipy.optimize import brentq
 
 
 def resampled(curve, spacing):
@@ -23,39 +26,56 @@ def straight(length, count):
     return np.column_stack([np.linspace(0, length, count + 1), np.zeros((count + 1, 2))])
 
 
-def knot(radius, turns=1, rod=1.0, tail=8.0, size=1.0, clear=1.1):
-    """Return the nodes of an open knot of so many turns, and the number of the middle of its loop.
+def knot(loose, turns, size=1.0, tail=8.0, clear=0.96):
+    """Return the nodes of a `loose` knot of so many turns (lengths over the rod's radius), and the middle of its loop.
 
-    Two strands wind around each other along a part of a circle of `radius`, by 2 `turns` + 1 half turns with a gap
-    between them; the rest of the circle joins them, and tails of `tail` radii leave along tangents and become straight.
-    Elements are `size` radii of the rod long where strands may touch, and a sixteenth of `radius` elsewhere.
+    Strands of its braid are drawn as if they touched (`clear` 1), along a circle that meets the tails. These are `tail`
+    radii of the loop long, and become straight. Elements are `size` long where strands may touch, and at most a
+    sixteenth of the radius of the loop elsewhere.
     """
-    half = min(3.5 * turns**1.75 * np.sqrt(rod / radius), 1.3)  # angle of half of the braid
-    u = np.linspace(0.0, 1.0, 4001)
-    turn = (2 * turns + 1) * np.pi * (u - np.sin(2 * np.pi * u) / (2 * np.pi)) - 0.5 * np.pi
+    radius, bent, inner = 1 / loose.curvature, loose.half / loose.angle, braid(turns)
+    scale = np.sqrt(2 / loose.parting)
+    parted = inner.t[(inner.t > 0) & (np.hypot(*inner.w.T) > 3)][0]  # there strands are apart
+    t = np.linspace(0, parted, 3001)
+    w, a = clear * np.column_stack([np.interp(t, inner.t, each) for each in inner.w.T]), t * scale / bent
+    middle = bent * np.column_stack([np.sin(a), 1 - np.cos(a), 0 * a])
+    way = w[:, :1] * np.column_stack([-np.sin(a), np.cos(a), 0 * a]) + w[:, 1:] * [0, 0, 1]
+    inside, outside = middle + way, middle - way  # to the right: into the loop, and into the tail
+    begin, leave = (np.arctan2(*(strand[-1] - strand[-2])[1::-1]) for strand in (inside, outside))
+    turn = np.linspace(begin, np.pi, 3001)
 
-    def at(angle, inward, aside):
-        """Return points at angles (n,) from the bottom of the circle."""
-        r = radius - inward
-        return np.column_stack([r * np.sin(angle), radius - r * np.cos(angle), aside + 0 * angle])
+    def quarter(m):
+        """Return places (n, 2) on half of a loop, an elastica of parameter m."""
+        bend = np.sqrt((1 - m * np.sin(turn / 2) ** 2) / (1 - m * np.sin(begin / 2) ** 2)) / radius
+        step = np.column_stack([np.cos(turn), np.sin(turn)]) / bend[:, None]
+        return inside[-1, :2] + cumulative_trapezoid(step, turn, axis=0, initial=0)
 
-    out, back = (
-        at((2 * u - 1) * half, off * np.sin(turn), off * np.cos(turn)) for off in (clear * rod, -clear * rod)
+    half = quarter(brentq(lambda m: quarter(m)[-1, 0], -20, 0.9999))
+    half = np.column_stack([half, inside[-1, 2] * np.cos(np.linspace(0, np.pi / 2, len(half)))])
+    s = np.linspace(0, tail * radius, 6001)
+    angle, fades = leave * np.exp(-s / radius), np.exp(-s / radius)
+    along = cumulative_trapezoid(np.column_stack([np.cos(angle), np.sin(angle)]), s, axis=0, initial=0)
+    away = np.column_stack([outside[-1, :2] + along, outside[-1, 2] * fades])
+    right, other = (
+        np.concatenate([outside, away[1:]]),
+        [-1, 1, -1],
+    )  # the left half is the right one, turned over
+    parts = (
+        (right * other)[::-1],
+        inside[1:],
+        half[1:],
+        (half * other)[-2::-1],
+        (inside * other)[-2::-1],
+        right[1:],
     )
-    loop = at(np.linspace(half, 2 * np.pi - half, 4001)[1:-1], clear * rod, 0.0)
-    along = np.linspace(0, tail * radius, 8001)
-    angle = half * np.exp(-0.5 * (along[1:] + along[:-1]) / radius)  # as a rod under tension does
-    right = back[-1] + np.cumsum(
-        np.column_stack([np.cos(angle), np.sin(angle), 0 * angle]) * along[1], axis=0
-    )
-    curve = np.concatenate([right[::-1] * [-1, 1, 1], out, loop, back, right])
+    curve = np.concatenate(parts)
     step = np.append(0.0, np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1)))
-    middles = np.array([0, step[-1]]) + np.array([1, -1]) * (tail + half) * radius
-    reach = half * radius + 3 * np.sqrt(rod * radius)
+    middles = np.array([0, step[-1]]) + np.array([1, -1]) * (tail * radius + parted * scale)
+    reach = parted * scale + 2 * np.sqrt(radius)
 
     def spacing(s):
         beyond = np.abs(s[:, None] - middles).min(axis=1) - reach
-        return np.clip(size * rod + 0.15 * beyond, size * rod, radius / 16)
+        return np.clip(size + 0.15 * beyond, size, radius / 16)
 
     nodes = resampled(curve, spacing)
     return nodes, len(nodes) // 2

@@ -1,5 +1,6 @@
-"""Knots of the book: rods of unit radius and B = 1, drawn as open knots, which straighten under a pull."""
+"""Knots of the book: rods of unit radius and B = 1, drawn nearly as theory has them, whose ends are pulled out."""
 
+import loose
 import numpy as np
 from book import slender
 from shapes import knot
@@ -9,6 +10,8 @@ from knitstudy.mechanics.beams.rods import FREE, End, Rods
 
 NAN = np.nan
 LIMITS = {"residual_tolerance": 1e-5, "correction_tolerance": 1e-4, "waste": 200, "stride": 0.7}
+OUT, STEPS = 1.5, 15  # how far ends move; steps are half a point of contact, longer ones lose friction
+SETTLED = 0.4  # share of it from which friction acts in full
 
 
 def ends(middle, last, out=NAN, pull=0.0):
@@ -21,29 +24,25 @@ def ends(middle, last, out=NAN, pull=0.0):
     }
 
 
-def rods_of(nodes, radius, step, friction):
-    """Return rods with points of contact a fifth of the rod's radius apart.
+def pulled(radius, turns, size, friction):
+    """Yield equilibria of a knot while its strands slide: force, shortening, curve and middle node.
 
-    The law begins softly, which Newton's method needs; rods overlap by a twentieth of their diameter at last.
+    The knot is drawn as theory has it, with a loop that leaves the braid at `radius`. It becomes straight without load
+    while a part of the force holds it; then its ends move out. Elements in its braid are `size` sqrt(h `radius`) long,
+    points of contact a fifth of the rod's radius apart. The law of contact begins softly, which Newton's method needs;
+    rods overlap by a twentieth of their diameter at last.
     """
-    law = Power(60 / radius**2, exponent=2.5)
-    return Rods([nodes], 1.0, slender(1.0), law, friction, natural=0.0, per_node=round(5 * step))
-
-
-def pulled(radius, turns, size, frictions, share=0.05, steps=5):
-    """Yield knots without and with friction whose ends have been pulled out by a share of `radius`, and their middle.
-
-    First, a knot without friction straightens under the pull B / 2 `radius`^2. Elements in its braid are
-    `size` sqrt(h `radius`) long.
-    """
-    step = size * np.sqrt(radius)
-    nodes, middle = knot(radius, turns, size=step)
-    last = len(nodes) - 1
-    *_, loose = rods_of(nodes, radius, step, 0.0).path(ends(middle, last, pull=0.5 / radius**2), 12, **LIMITS)
-    for friction in frictions:
-        rods = rods_of(nodes, radius, step, friction)
-        *_, tight = rods.path(ends(middle, last, out=share * radius), steps, loose, **LIMITS)
-        yield tight, middle
+    theory, step = loose.knot(turns, 1 / radius, friction), size * np.sqrt(radius)
+    nodes, middle = knot(theory, turns, size=step)
+    last, law = len(nodes) - 1, Power(60 / radius**2, exponent=2.5)
+    rods = Rods([nodes], 1.0, slender(1.0), law, friction, natural=0.0, per_node=round(5 * step))
+    hold = theory.force * (0.85 if friction else 1.0)
+    *_, held = rods.path(ends(middle, last, pull=hold), 6, **LIMITS)
+    for each in rods.path(ends(middle, last, out=OUT), STEPS, held, **LIMITS):
+        if each.load >= SETTLED:
+            curve = each.curve()
+            length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
+            yield each.support[-1, 0], length - (curve[-1] - curve[0])[0], curve, middle
 
 
 def loop_radius(curve, middle):

@@ -1,7 +1,9 @@
-"""Overhand knots of n turns with friction: force over shortening (Jawed et al. 2015); one turn by default."""
+"""Overhand knots of n turns with friction: force over shortening (Jawed et al. 2015), and of a braid that ends."""
 
+import loose
 import numpy as np
 from book import Page
+from braid import PER_TURN, braid
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 from tied import pulled
@@ -28,25 +30,29 @@ def theory(shortening, turns, friction):
     return friction * x**3 / (96 * np.sqrt(3) * np.pi**2) / turns**2
 
 
-def main(meshes=(0.25,), picture=None, knots=((1, 100.0),)):
-    """Compare the force of knots that tighten with the theory at the same shortening.
+def main(meshes=(0.35, 0.25), picture=None, knots=((1, 100.0), (2, 100.0), (3, 100.0))):
+    """Compare the force of knots that tighten with theories at the same shortening.
 
     `meshes` are lengths of elements over sqrt(h R). `knots` are turns, and radius of the loop as drawn over
-    that of the rod.
+    that of the rod. Forces are means over the way that strands slide.
     """
     page = Page("knots of n turns", picture)
+    more = braid(3).friction - braid(2).friction
+    page.compare("friction of the braid", "a third turn", PER_TURN, [more], 0.01)
     for turns, radius in knots:
         bracket = []
         for size in meshes:
-            ((knot, _),) = pulled(radius, turns, size, (FRICTION,))
-            curve = knot.curve()
-            length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
-            shortening = length - (curve[-1] - curve[0])[0]
-            bracket.append(knot.support[-1, 0] / theory(shortening, turns, FRICTION))
+            sliding = list(pulled(radius, turns, size, FRICTION))
+            ratios = [
+                (force / loose.shortened(turns, e, FRICTION).force, force / theory(e, turns, FRICTION))
+                for force, e, _, _ in sliding
+            ]
+            bracket.append(np.mean(ratios, axis=0))
+        _, e, curve, _ = sliding[-1]
         page.axes.plot(*curve[:, :2].T, lw=1, label=f"n = {turns}")
-        page.compare(
-            "F over theory", f"n = {turns}, mu {FRICTION:g}, e / h = {shortening:.0f}", 1.0, bracket, None
-        )
+        at, (ends, long) = f"n = {turns}, mu {FRICTION:g}, e / h = {e:.0f}", np.transpose(bracket)
+        page.compare("F over theory of a braid that ends", at, 1.0, ends, 0.07)
+        page.compare("F over theory of a long braid", at, 1.0, long, None)
     page.axes.set_aspect("equal")
     return page.finish("x / h", "y / h")
 

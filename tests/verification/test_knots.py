@@ -44,6 +44,25 @@ def test_benchmark(name, monkeypatch):
     assert rows.error.abs().max() <= bar
 
 
+def test_braids_have_the_friction_of_both_theories(monkeypatch):
+    """0.492 for one turn (Audoly et al. 2007), and what a turn of a long braid adds (Jawed et al. 2015)."""
+    monkeypatch.syspath_prepend(BOOK)
+    braid = import_module("braid")
+    friction = [braid.braid(turns).friction for turns in (1, 2, 3)]
+    assert friction[0] == pytest.approx(0.492, abs=2e-3)
+    np.testing.assert_allclose(np.diff(friction), braid.PER_TURN, rtol=0.01)
+
+
+@pytest.mark.parametrize(("turns", "friction"), [(1, 0.0), (1, 0.1), (3, 0.1)])
+def test_a_loose_knot_tends_to_its_leading_terms(turns, friction, monkeypatch):
+    """F / k^2 = 1 / 2 + friction / e, on a loop that is a circle."""
+    monkeypatch.syspath_prepend(BOOK)
+    e, braid = 1e-4, import_module("braid").braid(turns)
+    knot = import_module("loose").knot(turns, e**2, friction)
+    assert knot.force == pytest.approx(e**4 / 2 + friction * braid.friction * e**3, rel=0.015)
+    assert knot.shortening == pytest.approx(2 * np.pi / e**2, rel=0.01)
+
+
 def test_every_benchmark_is_one_short_documented_function():
     """`main` of at most 60 lines, through the public interface."""
     benchmarks = [path for path in BOOK.glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")]
