@@ -367,12 +367,20 @@ class DrawnCellStrain(Tension):
     """The load path ends when the force per width along the load reaches this value; null: at full strain. Checked: 310
     N/m."""
 
-    deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
-    """Strains in the plane that define a shell's stiffness. Checked: all four."""
+    deformation: Literal["course", "wale", "biaxial", "shear", "press"] = physics("choice", default="course")
+    """Strains in the plane that define a shell's stiffness, or plates that close upon a cell of beams. Checked: all."""
     ratio: float = physics(
         "choice", meaning="wale strain over course strain of a biaxial deformation", default=1.0, ge=-5, le=5
     )
     """Tests on crossed grips prescribe both strains. Checked: 0.5, 1 and 2."""
+
+    pressed: ClassVar = False  # whether plates may press the cell
+
+    @model_validator(mode="after")
+    def _is_beams_where_plates_press(self) -> Self:
+        if self.deformation == "press" and not self.pressed:
+            raise ValueError("deformation press is one of fidelity beam alone")
+        return self
 
     @model_validator(mode="after")
     def _has_a_ratio_where_both_are_strained(self) -> Self:
@@ -384,7 +392,29 @@ class DrawnCellStrain(Tension):
 
 
 class CellStrain(DrawnCellStrain):
-    """A cell is deformed from the drawn loops, or from a shape at rest."""
+    """A cell is deformed from the drawn loops, or from a shape at rest.
+
+    Two rigid plates without friction may "press" it: `strain` is the share of their distance by which they close.
+    """
+
+    pressed: ClassVar = True
+
+    largest_pressure: float | None = physics(
+        "choice", unit="Pa", default=None, gt=0, allowed="a pressure of plates, or null"
+    )
+    """The load path ends when the plates press with this; null: at full strain. ISO 5084 takes 1 kPa, KES 49 Pa and 4.9
+    kPa. Checked: 5.4 kPa."""
+
+    @model_validator(mode="after")
+    def _plates_press(self) -> Self:
+        plates = self.deformation == "press"
+        if plates and not all(0 <= strain < 1 for strain in (*self.turns, self.strain)):
+            raise ValueError("strain and turns of plates that press must be from 0 to less than 1")
+        if plates and self.largest_force is not None:
+            raise ValueError("largest_force must be null where plates press: use load.largest_pressure")
+        if not plates and self.largest_pressure is not None:
+            raise ValueError(f"largest_pressure must be null where load.deformation is {self.deformation}")
+        return self
 
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
         "choice",
