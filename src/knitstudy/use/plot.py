@@ -21,7 +21,14 @@ from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.use import deformed
-from knitstudy.use.measured_curve import STRAIN, curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.measured_curve import (
+    PRESSURE,
+    STRAIN,
+    THICKNESS,
+    curve_table,
+    force_over_strain,
+    loss_of_cycle,
+)
 from knitstudy.use.style import (
     FAINT,
     INK,
@@ -104,10 +111,19 @@ def _name(dataset: xr.Dataset) -> str:
 
 
 def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
-    """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss."""
+    """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss.
+
+    Between plates these are the pressure and the thickness over the share by which they have closed.
+    """
     axis = int(history.attrs["axis"])
     way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
+    if "pressure" in history:
+        axes.plot(PERCENT * history["strain"], 1e-3 * table[PRESSURE], "o-", color=colour, label=label)
+        lateral.plot(PERCENT * history["strain"], table[THICKNESS], color=colour)
+        axes.set_ylabel("pressure (kPa)")
+        lateral.set(xlabel="closing of the plates (%)", ylabel="thickness (mm)")
+        return
     curve = force_over_strain(table, way)
     if loss := loss_of_cycle(curve):
         label = f"{label} loss {loss.share:.0%}".strip()

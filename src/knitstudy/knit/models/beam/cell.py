@@ -191,10 +191,10 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
     )
 
 
-def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates: float = 0.0) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
-    A `run` reports its progress, and has no restart file.
+    A `run` reports its progress, and has no restart file. Two `plates` press the cell with a force [N], 0 for none.
 
     From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
     diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
@@ -211,14 +211,17 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.
     settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
     loosened = contact.friction and scene.load.start == "rest"
     ways = 2 if loosened else 1
-    last = _balanced(
-        f"the way to rest {of}", model, HELD, settings, lambda load: run.progress(load / ways, "")
-    )
+
+    def found(what: str, model: EndlessBeams, done: int) -> Increment:
+        whole, held = (PressedBeams(model, plates), BETWEEN_PLATES) if plates else (model, HELD)
+        last = _balanced(what, whole, held, settings, lambda load: run.progress((done + load) / ways, ""))
+        return replace(last, state=last.state.cell) if plates else last
+
+    last = found(f"the way to rest {of}", model, 0)
     if loosened:
         free = _model(rows, lattice, replace(contact, friction=0.0), law, share)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        what = f"the rest without friction {of}"
-        last = _balanced(what, free, HELD, settings, lambda load: run.progress((1 + load) / ways, ""))
+        last = found(f"the rest without friction {of}", free, 1)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -236,7 +239,7 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.
 
 def _balanced(
     what: str,
-    model: EndlessBeams,
+    model: EndlessBeams | PressedBeams,
     held: Ints,
     settings: Settings,
     report: Callable[[float], None] = lambda load: None,  # called with every load factor
