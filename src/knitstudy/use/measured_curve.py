@@ -70,7 +70,8 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
     """Return the curve of a history: strains, forces per width, and the work of the load per area, at every increment.
 
     Of a cell these are all strains of the plane and their forces, between plates thickness and pressure too; of a knit,
-    which needs its `geometry`, the strain along the load and its force. Raises DataFileError where there is no width: of two yarns that cross.
+    which needs its `geometry`, the strain along the load and its force.
+    Raises DataFileError where there is no width: of two yarns that cross.
     """
     names: tuple[str, ...] = STRAINS
     pressed = "pressure" in history
