@@ -217,9 +217,11 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
         size = {"cell_width": 3e-3, "cell_height": 2e-3}
         made = cell(strain, stiff * strain, axis=axis).assign_attrs(size)
         if load.deformation == "press":
-            values = {"thickness": 1e-3 * (1 - strain), "pressure": 100 * stiff * strain}
             energy = xr.DataArray(np.zeros((6, 1)), dims=("increment", "form"), coords={"form": ["external"]})
-            return made.assign({name: ("increment", of) for name, of in values.items()}, energy=energy)
+            thickness = ("increment", 1e-3 * (1 - strain))
+            return made.assign(
+                thickness=thickness, pressure=("increment", 100 * stiff * strain), energy=energy
+            )
         if load.deformation == "shear" and load.start != "rest":
             error = ConvergenceError("snaps")
             error.history = made.isel(increment=slice(3))
