@@ -154,8 +154,8 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
 
 def test_a_cell_between_plates_is_drawn_by_its_pressure(made):
     history = read_dataset(made[1] / "simulation" / "jersey-sheet-press-drawn.nc")
-    pressure, thickness = draw(history).axes
-    assert (pressure.get_ylabel(), thickness.get_ylabel()) == ("pressure (kPa)", "thickness (mm)")
+    pressure, lateral = draw(history).axes
+    assert (pressure.get_ylabel(), lateral.get_xlabel()) == ("pressure (kPa)", "thickness (mm)")
     with refusal("no force per width along its load"):
         simulated_curve(history, history)
 

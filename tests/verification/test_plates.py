@@ -9,6 +9,8 @@ from scipy.optimize import brentq
 from scipy.special import gamma
 from test_line_contact import D, disturbed, two_rows
 
+from knitstudy.knit.geometry.lay_out import lay_out
+from knitstudy.knit.models.beam.cell import relax
 from knitstudy.mechanics.beams.beam import BeamSection, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -198,3 +200,18 @@ def test_friction_of_yarns_takes_work_and_finer_beams_press_alike(jersey):
         assert history.pressure.values[-1] >= 2e3 > history.pressure.values[-2]
         thickness.append(np.interp(1e3, history.pressure.values, history.thickness.values))
     assert thickness[0] == pytest.approx(thickness[1], rel=0.01)
+
+
+def test_a_rest_between_plates_is_where_they_press_with_that_force(jersey):
+    """Two ways without friction: to rest under a constant force, and from rest by closing plates."""
+    scene = jersey.vary({"load.strain": 0.09})
+    geometry = lay_out(scene)
+    history = store.simulate(scene).history
+    force, strain = history.force.values, history.cell_strain.values
+    pressed, free = relax(scene, geometry, plates=0.05), relax(scene, geometry)
+    assert force[-1] > 0.05
+    for axis, name in enumerate(("cell_width", "cell_height")):
+        expected = np.interp(0.05, force, strain[:, axis])
+        assert pressed.attrs[name] / free.attrs[name] - 1 == pytest.approx(expected, rel=0.05)
+    depth = [np.ptp(rest["centreline"].values[:, 2]) for rest in (free, pressed)]
+    assert depth[0] > depth[1]

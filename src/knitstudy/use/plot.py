@@ -113,16 +113,16 @@ def _name(dataset: xr.Dataset) -> str:
 def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
     """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss.
 
-    Between plates these are the pressure and the thickness over the share by which they have closed.
+    Between plates these are the pressure and the course strain over the thickness.
     """
     axis = int(history.attrs["axis"])
     way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
     if "pressure" in history:
-        axes.plot(PERCENT * history["strain"], 1e-3 * table[PRESSURE], "o-", color=colour, label=label)
-        lateral.plot(PERCENT * history["strain"], table[THICKNESS], color=colour)
+        axes.plot(table[THICKNESS], 1e-3 * table[PRESSURE], "o-", color=colour, label=label)
+        lateral.plot(table[THICKNESS], PERCENT * table[STRAIN("course")], color=colour)
         axes.set_ylabel("pressure (kPa)")
-        lateral.set(xlabel="closing of the plates (%)", ylabel="thickness (mm)")
+        lateral.set(xlabel="thickness (mm)", ylabel="course strain (%)")
         return
     curve = force_over_strain(table, way)
     if loss := loss_of_cycle(curve):
