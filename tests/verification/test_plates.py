@@ -139,24 +139,36 @@ def test_the_force_is_the_derivative_of_the_energy():
 
 
 def test_a_plate_is_a_mirror():
-    """The upper plate alone: a yarn and its image as two yarns have twice the energy, and the same force."""
+    """The upper plate alone: yarns and their images as other yarns have twice the energy, and the same force."""
     model, state = pressed(0.0)
-    line = model.cell.contact
-    points = model._with_images(state, model.heights[1] - 0.5 * state.closed)
-    vectors = model.cell.vectors(state.cell)
-    n = len(line.yarn)
-    two = LineContact(
-        np.append(line.yarn, line.yarn + 2), np.tile(line.arc_length, 2), np.tile(line.weight, 2), line.repulsion,
-        beside=line.search.beside, period=np.tile(line.search.period, 2),
-    )  # fmt: skip
-    history = LineHistory.none()
-    whole, stored, _ = two.respond(points, vectors, history, False)
-    alone, own, _ = line.respond(model.cell.at_points(state.cell), vectors, history, False)
-    plate, half, _ = model.contact.respond(points, vectors, history, False)
-    assert stored["penalty"] == pytest.approx(2 * (own["penalty"] + half["penalty"]))
-    mirrored = plate[: 6 * n].reshape(n, 6) + plate[6 * n : 12 * n].reshape(n, 6) * [1, 1, -1, 1, 1, 1]
-    expected = whole[: 6 * n] - alone[: 6 * n]
-    np.testing.assert_allclose(mirrored.ravel(), expected, atol=1e-9 * np.abs(expected).max())
+    line, vectors = model.cell.contact, model.cell.vectors(state.cell)
+    n, own = len(line.yarn), model.cell.at_points(state.cell)
+    mirrored = own.position * [1, 1, -1]
+    at = [
+        own.position,
+        mirrored - [0, 0, 100],
+        mirrored + np.array([0, 0, 2 * model.heights[1] - state.closed]),
+    ]
+
+    def with_images(*which):
+        return replace(
+            own,
+            position=np.concatenate([at[k] for k in which]),
+            rotation=np.tile(own.rotation, (len(which), 1, 1)),
+        )
+
+    both = np.append(line.yarn, line.yarn + 2), np.tile(line.arc_length, 2), np.tile(line.weight, 2)
+    again = {"beside": line.search.beside, "period": np.tile(line.search.period, 2)}
+    two, history = LineContact(*both, line.repulsion, **again), LineHistory.none()
+    whole, stored, _ = two.respond(with_images(0, 2), vectors, history, False)
+    alone, of_yarns, _ = line.respond(own, vectors, history, False)
+    plate, half, _ = model.contact.respond(with_images(0, 1, 2), vectors, history, False)
+    assert half["penalty"] > 0
+    assert stored["penalty"] == pytest.approx(2 * (of_yarns["penalty"] + half["penalty"]))
+    plate = plate[:-6].reshape(3, n, 6)
+    expected = (whole[: 6 * n] - alone[: 6 * n]).reshape(n, 6)
+    actual = plate[0] + plate[2] * [1, 1, -1, 1, 1, 1]
+    np.testing.assert_allclose(actual, expected, atol=1e-9 * np.abs(expected).max())
 
 
 @pytest.fixture(scope="module")

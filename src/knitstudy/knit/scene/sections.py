@@ -367,20 +367,12 @@ class DrawnCellStrain(Tension):
     """The load path ends when the force per width along the load reaches this value; null: at full strain. Checked: 310
     N/m."""
 
-    deformation: Literal["course", "wale", "biaxial", "shear", "press"] = physics("choice", default="course")
-    """Strains in the plane that define a shell's stiffness, or plates that close upon a cell of beams. Checked: all."""
+    deformation: Literal["course", "wale", "biaxial", "shear"] = physics("choice", default="course")
+    """Strains in the plane that define a shell's stiffness. Checked: all four."""
     ratio: float = physics(
         "choice", meaning="wale strain over course strain of a biaxial deformation", default=1.0, ge=-5, le=5
     )
     """Tests on crossed grips prescribe both strains. Checked: 0.5, 1 and 2."""
-
-    pressed: ClassVar = False  # whether plates may press the cell
-
-    @model_validator(mode="after")
-    def _is_beams_where_plates_press(self) -> Self:
-        if self.deformation == "press" and not self.pressed:
-            raise ValueError("deformation press is one of fidelity beam alone")
-        return self
 
     @model_validator(mode="after")
     def _has_a_ratio_where_both_are_strained(self) -> Self:
@@ -397,23 +389,23 @@ class CellStrain(DrawnCellStrain):
     Two rigid plates without friction may "press" it: `strain` is the share of their distance by which they close.
     """
 
-    pressed: ClassVar = True
+    deformation: Literal["course", "wale", "biaxial", "shear", "press"] = physics("choice", default="course")  # type: ignore[assignment]
+    """Strains in the plane that define a shell's stiffness, or plates. Checked: all five."""
 
     largest_pressure: float | None = physics(
         "choice", unit="Pa", default=None, gt=0, allowed="a pressure of plates, or null"
     )
-    """The load path ends when the plates press with this; null: at full strain. ISO 5084 takes 1 kPa, KES 49 Pa and 4.9
-    kPa. Checked: 5.4 kPa."""
+    """The load path ends when plates press with this; null: at full strain. Checked: 5.4 kPa."""
 
     @model_validator(mode="after")
     def _plates_press(self) -> Self:
-        plates = self.deformation == "press"
-        if plates and not all(0 <= strain < 1 for strain in (*self.turns, self.strain)):
-            raise ValueError("strain and turns of plates that press must be from 0 to less than 1")
-        if plates and self.largest_force is not None:
-            raise ValueError("largest_force must be null where plates press: use load.largest_pressure")
-        if not plates and self.largest_pressure is not None:
-            raise ValueError(f"largest_pressure must be null where load.deformation is {self.deformation}")
+        if self.deformation != "press":
+            if self.largest_pressure is not None:
+                raise ValueError(f"largest_pressure must be null where deformation is {self.deformation}")
+        elif self.largest_force is not None or not all(0 <= way < 1 for way in (*self.turns, self.strain)):
+            raise ValueError(
+                "deformation press needs largest_force null, and strain and turns from 0 to below 1"
+            )
         return self
 
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
