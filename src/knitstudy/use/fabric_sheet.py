@@ -318,14 +318,13 @@ def _construction_rows(cell: CellOfBeams, histories: Iterable[xr.Dataset], tex: 
 
 
 def _thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -> list[list[str]]:
-    """Return the thickness between plates at pressures [Pa], and the work of the largest one."""
-    every, most = sorted(pressures), max(pressures)
-    rows = [
-        _row(f"thickness at {p:g} Pa", [when(curve, THICKNESS, PRESSURE, p) for curve in curves], "mm")
-        for p in every
+    """Return the thickness between plates at pressures [Pa], and the work up to there."""
+    columns = (("thickness at", THICKNESS, "mm"), ("energy of pressing to", ENERGY, "J/m2"))
+    return [
+        _row(f"{what} {p:g} Pa", [when(curve, column, PRESSURE, p) for curve in curves], unit)
+        for what, column, unit in columns
+        for p in pressures
     ]
-    energy = [when(curve, ENERGY, PRESSURE, most) for curve in curves]
-    return [*rows, _row(f"energy of pressing to {most:g} Pa", energy, "J/m2")]
 
 
 def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> list[list[str]]:

@@ -93,10 +93,7 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
     columns |= {PULL(name): force[:, k] for k, name in enumerate(names)}
     columns |= {f"{name} force per width [N/mm]": 1e-3 * force[:, k] for k, name in enumerate(names)}
     if pressed:
-        columns |= {
-            THICKNESS: 1e3 * history["thickness"].to_numpy(),
-            PRESSURE: history["pressure"].to_numpy(),
-        }
+        columns |= {THICKNESS: 1e3 * history["thickness"].data, PRESSURE: history["pressure"].data}
     return pd.DataFrame(columns | {ENERGY: np.asarray(energy)})
 
 

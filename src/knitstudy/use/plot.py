@@ -21,14 +21,7 @@ from knitstudy.measures.summary import kind_of, require_layout, touched
 from knitstudy.mechanics.materials import FULL
 from knitstudy.mechanics.solid import principal_axes
 from knitstudy.use import deformed
-from knitstudy.use.measured_curve import (
-    PRESSURE,
-    STRAIN,
-    THICKNESS,
-    curve_table,
-    force_over_strain,
-    loss_of_cycle,
-)
+from knitstudy.use.measured_curve import STRAIN, curve_table, force_over_strain, loss_of_cycle
 from knitstudy.use.style import (
     FAINT,
     INK,
@@ -111,16 +104,14 @@ def _name(dataset: xr.Dataset) -> str:
 
 
 def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
-    """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss.
-
-    Between plates these are the pressure and the course strain over the thickness.
-    """
+    """Draw the force per width and the lateral strain of a cell over its strain, a cycle with its loss; or pressure."""
     axis = int(history.attrs["axis"])
     way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
     if "pressure" in history:
-        axes.plot(table[THICKNESS], 1e-3 * table[PRESSURE], "o-", color=colour, label=label)
-        lateral.plot(table[THICKNESS], PERCENT * table[STRAIN("course")], color=colour)
+        thickness = 1e3 * history["thickness"]
+        axes.plot(thickness, 1e-3 * history["pressure"], "o-", color=colour, label=label)
+        lateral.plot(thickness, PERCENT * table[STRAIN("course")], color=colour)
         axes.set_ylabel("pressure (kPa)")
         lateral.set(xlabel="thickness (mm)", ylabel="course strain (%)")
         return
