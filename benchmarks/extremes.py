@@ -48,8 +48,8 @@ from knitstudy.measures.response import ledger_gaps, penetration
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.run.plan import Plan
+from knitstudy.run.simulations import simulate
 from knitstudy.run.stages import MODEL, code_digest
-from knitstudy.run.store import simulate
 from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 
 FILE = "extremes.yaml"

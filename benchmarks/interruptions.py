@@ -33,8 +33,8 @@ from knitstudy.files import read_dataset, read_table, write_table
 from knitstudy.knit.loading.run import Progress, ReportProgress
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.plan import Plan
+from knitstudy.run.simulations import simulate
 from knitstudy.run.stages import STAGES
-from knitstudy.run.store import simulate
 
 TABLE = Path("results/tables/interruptions.csv")
 

@@ -83,8 +83,14 @@ def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: P
     return Displays(catalogue, plan, scenes, reference_files(config), label=f"study {STUDY!r}")
 
 
-def keep_verdicts(config: Path = CONFIG) -> str:
-    """Keep the verdicts, write the page about them with its pictures, and their number into README.md."""
+def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
+    """Keep the verdicts, write the page about them with its pictures, and their number into README.md.
+
+    Of some claims alone: all other verdicts stay, and the tables and pictures of all claims, if they are of today's
+    physics.
+    """
+    if claims and not is_of_today(VERDICTS_KEPT):
+        raise DataFileError(f"{VERDICTS_KEPT}: is of another physics; run `make {VERDICTS}`")
     plan, study = Plan.of(config), load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
     if not scenes:
@@ -108,9 +114,20 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         digest=tables.digest(VERDICTS),
         simulations=share,
     )
+    unknown = set(claims) - set(table["id"])
+    if unknown:
+        raise DataFileError(f"{VERDICTS_KEPT}: there is no claim {', '.join(sorted(unknown))}")
     readings = read_table(reference_files(config)["readings"])
-    behind = pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]})
-    write_table(stamped(behind, command), FULL_SCENES)
+    behind = stamped(pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]}), command)
+    write_table(_with_others(behind, FULL_SCENES, "scene") if claims else behind, FULL_SCENES)
+    if claims:
+        table = _with_others(table[table["id"].isin(claims)], VERDICTS_KEPT, "id")
+        _keep_in_readings(TABLES.make("readings", **sources_of(tables, "readings")), claims)
+        pictures = VERDICTS_PAGE.with_suffix("")
+        page, _ = summarise(
+            TEMPLATE, table, readings, [path.stem for path in pictures.iterdir()], pictures.name
+        )
+        return _keep_page(page, table)
     folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
     for name in filter(folders.__contains__, tables.names()):
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
@@ -123,6 +140,17 @@ def keep_verdicts(config: Path = CONFIG) -> str:
         _save_picture(drawing, picture, sources, FIGURES.find(name).title)
         if name in FULL_FIGURES:
             save(drawing, [FULL / f"{name}.png"], sources, FIGURES.find(name).title)
+    return _keep_page(page, table)
+
+
+def _keep_in_readings(made: pd.DataFrame, claims: Collection[str]) -> None:
+    """Write the verdicts of claims by all readings that they were made for into the kept table."""
+    kept = read_table(FULL / "readings.csv").set_index("name", drop=False)
+    kept.update(made.set_index("name")[list(claims)])
+    write_table(kept, FULL / "readings.csv")
+
+
+def _keep_page(page: str, table: pd.DataFrame) -> str:
     write_text(page, VERDICTS_PAGE)
     write_text(COUNTED.sub(counted(table, table), README.read_text(encoding="utf-8")), README)
     write_table(table, VERDICTS_KEPT)
@@ -309,9 +337,13 @@ def keep_all() -> str:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("table", choices=(*KEEPERS, "all"))
-    asked = parser.parse_args().table
+    parser.add_argument("--claims", nargs="+", default=(), help="of verdicts: those of these claims alone")
+    asked = parser.parse_args()
+    if asked.claims and asked.table != VERDICTS:
+        parser.error(f"--claims are of `{VERDICTS}`")
+    options = {"claims": asked.claims} if asked.claims else {}
     try:
-        print(keep_all() if asked == "all" else KEEPERS[asked]())
+        print(keep_all() if asked.table == "all" else KEEPERS[asked.table](**options))
     except subprocess.CalledProcessError as error:
         sys.exit(error.returncode)
     except KnitstudyError as error:

@@ -49,7 +49,7 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 KEPT = RESOURCES / "reference" / "mechanisms.csv"
 SCENE, SOLIDS = (

@@ -65,7 +65,7 @@ CURVES = {
 }
 """Cells of the jersey of docs/tutorial/jersey.md, and the processor time that a curve may take [s]."""
 
-STARTED = "import knitstudy.knit.simulate, knitstudy.run.store"
+STARTED = "import knitstudy.knit.simulate, knitstudy.run.simulations"
 """What every simulation imports."""
 
 SIMULATED = """

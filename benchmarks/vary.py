@@ -27,7 +27,7 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.files import write_table
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 FINER = {"mesh.size": 1, "pattern.clearance": 1, "solver.increments": -1, "contact.normal_stiffness": -1}
 """Keys that can be refined, and the power of their value that tends to 0."""

@@ -1,30 +1,32 @@
-"""Write the tables of columns into files.md: ``python docs/reference/columns.py``. They come from the library."""
+"""Write the tables of columns into files.md, from the library: ``python docs/reference/columns.py``.
+
+``python docs/reference/columns.py contacts stresses geometry mesh rest`` prints tables that are not on the page,
+and with ``history`` the points in contact, which the page leaves out.
+"""
 
 from __future__ import annotations
 
 import re
+import sys
 from pathlib import Path
 
 from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES, Columns
 
 PAGE = Path(__file__).with_name("files.md")
 
-TABLES = {
-    "history": HISTORY,
-    "contacts": CONTACTS,
-    "stresses": STRESSES,
-    "geometry": GEOMETRY,
-    "mesh": MESH,
-    "rest": REST,
-}
-"""By the name in the comments that a table of the page stands between."""
+TABLES = {"history": HISTORY}
+"""On the page, by the name in the comments that a table stands between."""
+
+PRINTED = {"contacts": CONTACTS, "stresses": STRESSES, "geometry": GEOMETRY, "mesh": MESH, "rest": REST}
+"""Not on the page: variables of files say what they mean."""
 
 
-def markdown(columns: Columns) -> str:
-    """Return the variables of a kind of file as a table; those of points in contact come last."""
+def markdown(columns: Columns, points: bool = True) -> str:
+    """Return the variables of a kind of file as a table, or all of them but those of points in contact."""
     rows = [
         f"| {row.Index} ({', '.join(row.dims.split())}){_unit(row.unit)} | {row.meaning}{_where(row.where)} |"
         for row in columns.table.itertuples()
+        if points or row.dims.split()[:1] != ["point"]
     ]
     return "\n".join(["| variable (dims) [unit] | meaning |", "|---|---|", *rows]).replace(" ()", "")
 
@@ -55,10 +57,13 @@ def renewed(page: str) -> str:
             raise ValueError(
                 f"{PAGE.name} has no lines {begin!r} and {end!r}: put them where the table belongs"
             )
-        table = f"{begin}\n\n{markdown(columns)}\n\n{end}"
+        table = f"{begin}\n\n{markdown(columns, points=False)}\n\n{end}"
         page = place.sub(lambda _, table=table: table, page)
     return page
 
 
 if __name__ == "__main__":
-    PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    if sys.argv[1:]:
+        print("\n\n".join(markdown((TABLES | PRINTED)[name]) for name in sys.argv[1:]))
+    else:
+        PAGE.write_text(renewed(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

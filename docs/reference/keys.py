@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from inspect import cleandoc, get_annotations
 from pathlib import Path
@@ -24,9 +25,9 @@ of the page itself are lost.
 
 A scene has only the keys of its kind: the line above a table says which scenes, parentheses behind a key name others.
 A key of another kind is an error. Values are in SI units; brackets behind a key hold the unit. The last column has the
-role and the [provenance](../../config/README.md#provenance-of-inputs) of the value; `knitstudy check SCENE --sources`
-prints sources, and the ranges over which results were checked. A key without a default on this page has its default in
-[config/defaults.yaml](../../config/defaults.yaml), or must be set.
+role and, where it is no choice, the [provenance](../../config/README.md#provenance-of-inputs) of the value;
+`knitstudy check SCENE --sources` prints sources, and the ranges over which results were checked. A key without a
+default on this page has its default in [config/defaults.yaml](../../config/defaults.yaml), or must be set.
 [Alternative keys of a knit](../../config/README.md#a-knit-of-your-own) can replace keys of this page.
 """
 
@@ -82,9 +83,9 @@ def _row(prefix: str, name: str, section: type[Section], having: str) -> tuple[s
     scenes = f" ({having})" if having else ""
     return (
         f"`{prefix}{name}`{unit}{scenes}",
-        allowed_values(section, name),
+        re.sub(rf",? in {re.escape(known.unit)}(?=[:,]|$)", "", allowed_values(section, name)),
         _default(section, name),
-        f"{known.role}, {known.provenance}",
+        known.role if known.provenance == "choice" else f"{known.role}, {known.provenance}",
     )
 
 

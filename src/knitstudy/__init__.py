@@ -23,7 +23,7 @@ _PLACES = {
     "knit.scene.sections": ("BeamYarn", "CellStrain", "KnitTension", "Pattern", "SetYarn", "SolidYarn"),
     "knit.scene.shared_sections": ("Friction",),
     "run.configuration": ("load_scene",),
-    "run.store": ("simulate", "simulate_many"),
+    "run.simulations": ("simulate", "simulate_many"),
 }
 """Names for scripts and notebooks by module, imported when they are asked for: the command starts without them."""
 

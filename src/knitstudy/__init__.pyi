@@ -25,8 +25,8 @@ from knitstudy.knit.scene.sections import SetYarn as SetYarn
 from knitstudy.knit.scene.sections import SolidYarn as SolidYarn
 from knitstudy.knit.scene.shared_sections import Friction as Friction
 from knitstudy.run.configuration import load_scene as load_scene
-from knitstudy.run.store import simulate as simulate
-from knitstudy.run.store import simulate_many as simulate_many
+from knitstudy.run.simulations import simulate as simulate
+from knitstudy.run.simulations import simulate_many as simulate_many
 
 __version__: str
 

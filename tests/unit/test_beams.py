@@ -22,7 +22,7 @@ from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
 from knitstudy.mechanics.rotation import Halfway, exp, log
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 ANGLES = [0.0, 1e-9, 1e-4, 0.3, 1.0, 2.5, 3.1]
 

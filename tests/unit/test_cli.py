@@ -13,7 +13,7 @@ from synthetic import geometry
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.run.commands.main import main
-from knitstudy.run.store import Results
+from knitstudy.run.simulations import Results
 
 ROOT = Path(__file__).parents[2]
 
@@ -131,7 +131,7 @@ def test_plugin_that_exits_or_raises_ends_a_run(
     monkeypatch.syspath_prepend(config)
     monkeypatch.delitem(sys.modules, "ends", raising=False)
     if when_run:
-        monkeypatch.setattr("knitstudy.run.store.simulate", import_module("ends").simulate)
+        monkeypatch.setattr("knitstudy.run.simulations.simulate", import_module("ends").simulate)
     assert reason in message(knitstudy("run", "dns-a", "--config", config, "--plugin", "ends"))
 
 
@@ -235,7 +235,7 @@ def simulated(monkeypatch, knit):
         asked.update(scene=scene, folder=folder, **options)
         return Results(scene, None, geometry(knit), path=folder / "simulation" / "a.nc")
 
-    monkeypatch.setattr("knitstudy.run.store.simulate", simulate)
+    monkeypatch.setattr("knitstudy.run.simulations.simulate", simulate)
     return asked
 
 
@@ -257,7 +257,7 @@ def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, st
     def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("knitstudy.run.store.simulate", fail)
+    monkeypatch.setattr("knitstudy.run.simulations.simulate", fail)
     result = knitstudy("run", "dns-a", "--config", config)
     assert result.exit_code == status
     assert result.stderr.startswith("error: so" if status != 130 else "error: stopped; stages that were done")

@@ -12,8 +12,9 @@ from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
+from knitstudy.run.simulations import simulate, simulate_many
 from knitstudy.run.stages import STAGES
-from knitstudy.run.store import scaled, simulate, simulate_many
+from knitstudy.run.store import scaled
 
 FRICTION, MODULUS = "contact.friction", "yarn.youngs_modulus"
 CELL = {"fidelity": "beam", "interaction": "isotropic", "pattern.loops": 1, "pattern.rows": 1, "outputs": []}

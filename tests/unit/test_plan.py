@@ -17,8 +17,9 @@ from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan
+from knitstudy.run.simulations import simulate
 from knitstudy.run.stages import STAGES, code_digest
-from knitstudy.run.store import Store, simulate
+from knitstudy.run.store import Store
 
 
 @pytest.fixture

@@ -13,7 +13,8 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
-from knitstudy.run.store import described, keys_of, scenes_of, simulate
+from knitstudy.run.simulations import simulate
+from knitstudy.run.store import described, keys_of, scenes_of
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "rom.contacts_from": None, "solver.increments": 1}
 

@@ -12,7 +12,7 @@ from knitstudy.knit.loading.run import Run
 from knitstudy.knit.models.beam import contact as beam_contact
 from knitstudy.knit.simulate import simulate
 from knitstudy.mechanics.beams.laws import Patch
-from knitstudy.run import store
+from knitstudy.run import simulations
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import STAGES
 
@@ -192,7 +192,7 @@ FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 
 def history(stitches, scene="fabric-acrylic-rib-course-free", keys=FROM_REST):
     """Return the history of a cell with keys of its stitches."""
-    return store.simulate(load_scene(scene).vary({"knit": "machine-knit"} | keys | stitches)).history
+    return simulations.simulate(load_scene(scene).vary({"knit": "machine-knit"} | keys | stitches)).history
 
 
 @pytest.mark.parametrize(

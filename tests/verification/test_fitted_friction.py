@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 from knitstudy.use.curve_fit import SIMULATED, fit
 from knitstudy.use.measured_curve import at, simulated_curve
 

@@ -23,7 +23,7 @@ from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Inputs, load_trade
 from knitstudy.run.configuration import CONFIG, load_scene
 from knitstudy.run.plan import Plan
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 from knitstudy.run.trade import run
 
 SAME = 1e-6

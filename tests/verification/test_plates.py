@@ -18,7 +18,7 @@ from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Patch, Powe
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
 from knitstudy.mechanics.periodic import EndlessBeams, Lattice
 from knitstudy.mechanics.plates import PressedBeams
-from knitstudy.run import store
+from knitstudy.run import simulations
 from knitstudy.run.configuration import load_scene
 
 E, NU = 1.0, 0.3
@@ -186,7 +186,7 @@ def jersey():
 
 def test_without_friction_energy_is_the_work_of_the_pressure(jersey):
     """The plates get it back."""
-    history = store.simulate(jersey.vary({"load.turns": [0.12], "load.strain": 0.01})).history
+    history = simulations.simulate(jersey.vary({"load.turns": [0.12], "load.strain": 0.01})).history
     ledger = history.energy
     work, stored = ledger.sel(form="external").values, ledger.values[:, 1:].sum(axis=1)
     assert history.pressure.values.max() > 1e4
@@ -203,12 +203,12 @@ def test_without_friction_energy_is_the_work_of_the_pressure(jersey):
 
 def test_friction_of_yarns_takes_work_and_finer_beams_press_alike(jersey):
     turned = jersey.vary({"load.turns": [0.06], "load.strain": 0.01, "contact.friction": 0.3})
-    lost = store.simulate(turned).history.energy.sel(form="friction").values
+    lost = simulations.simulate(turned).history.energy.sel(form="friction").values
     assert lost[-1] > 0
     assert np.diff(lost).min() >= -1e-9 * lost[-1]
     thickness = []
     for size in (0.8, 0.4):
-        history = store.simulate(jersey.vary({"mesh.beam_size": size, "load.largest_pressure": 2e3})).history
+        history = simulations.simulate(jersey.vary({"mesh.beam_size": size, "load.largest_pressure": 2e3})).history
         assert history.pressure.values[-1] >= 2e3 > history.pressure.values[-2]
         thickness.append(np.interp(1e3, history.pressure.values, history.thickness.values))
     assert thickness[0] == pytest.approx(thickness[1], rel=0.01)
@@ -218,7 +218,7 @@ def test_a_rest_between_plates_is_where_they_press_with_that_force(jersey):
     """Two ways without friction: to rest under a constant force, and from rest by closing plates."""
     scene = jersey.vary({"load.strain": 0.09})
     geometry = lay_out(scene)
-    history = store.simulate(scene).history
+    history = simulations.simulate(scene).history
     force, strain = history.force.values, history.cell_strain.values
     pressed, free = relax(scene, geometry, plates=0.05), relax(scene, geometry)
     assert force[-1] > 0.05

@@ -16,7 +16,7 @@ from knitstudy.measures.summary import summarise
 from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 
 def pair(changes):

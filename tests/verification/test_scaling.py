@@ -12,7 +12,7 @@ import pytest
 import yaml
 
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 CASES = yaml.safe_load(Path(__file__).with_name("scaling.yaml").read_text())
 BINARY = {"mm": (2.0**-10, 2.0**20), "km": (2.0**10, 2.0**-20)}

@@ -185,7 +185,7 @@ def test_site(tmp_path):
     build = ("-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path))
     run(*build, folder=ROOT, environment=os.environ | {"NO_MKDOCS_2_WARNING": "1"})
     api = (tmp_path / "reference" / "api" / "index.html").read_text(encoding="utf-8")
-    assert 'id="knitstudy.run.store.simulate"' in api
+    assert 'id="knitstudy.run.simulations.simulate"' in api
     assert (tmp_path / "search" / "search_index.json").stat().st_size > 100_000
 
 

@@ -40,6 +40,7 @@ SERIES = {
 }
 
 FEWEST = 3  # Sizes that make a series
+SCATTER = 0.2  # of the memory of one run (docs/notes/performance.md)
 SMALLEST = 3  # Cells in a row from which on growth is fitted: a knit of one cell is all edges
 
 
@@ -83,6 +84,12 @@ class Series:
         slope = x @ y / (x @ x)
         square = np.sum((y - slope * x) ** 2) / self.freedom
         return Estimate(float(slope), float(np.sqrt(square / (x @ x))))
+
+    def scattered(self) -> float:
+        """Return by how much the exponent of memory changes at most where every run scatters (`SCATTER`)."""
+        x = np.log(self.cells[self.large])
+        x -= x.mean()
+        return float(SCATTER * np.abs(x).sum() / (x @ x))
 
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""

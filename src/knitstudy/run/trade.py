@@ -32,7 +32,7 @@ from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Trade
 from knitstudy.run.plan import Plan
-from knitstudy.run.store import simulate
+from knitstudy.run.simulations import simulate
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
 

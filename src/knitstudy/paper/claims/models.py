@@ -29,6 +29,7 @@ from knitstudy.paper.claims import (
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF, MEMORY, U_Z, Simulation
 from knitstudy.paper.scene_names import CASES, model_name
+from knitstudy.paper.square_knits import SCATTER
 
 SAME_SHAPE = 0.8  # Claim R2: least correlation of u_z
 NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that counts as no out-of-plane motion
@@ -36,7 +37,6 @@ NONE_AT_ALL = 0.01  # Claim R2: share of the reference's largest |u_z| that coun
 SAME_NORMAL = 9.0
 MEANINGS = {"of the pressure": MAIN, "of pressure and friction": "resultant"}
 SAVINGS = ("DOF", "memory growth", "processor time")
-SCATTER = 0.2  # of the memory of one run (docs/notes/performance.md)
 NO_3D = "the study has no 3D ROM with ties and with isotropic friction in course tension"
 
 

@@ -35,7 +35,7 @@ from knitstudy.run.commands.console import (
 from knitstudy.run.configuration import choice_of, problem_of
 from knitstudy.run.cost import machine_memory
 
-SAYING = ("knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
+SAYING = ("knitstudy.run.simulations", "knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
 """Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
 
 
@@ -78,7 +78,7 @@ def run(
     # Models are imported here: the other commands and --help do not need them.
     from knitstudy.knit.loading.run import Progress
     from knitstudy.measures.summary import differing_variables, summarise
-    from knitstudy.run.store import simulate
+    from knitstudy.run.simulations import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
     chosen = changed_scene(scene, changes, config)

@@ -182,7 +182,7 @@ def fit(
     what to add to `knitstudy run`.
     """
     from knitstudy.knit.loading.run import Progress
-    from knitstudy.run.store import simulate
+    from knitstudy.run.simulations import simulate
     from knitstudy.use import curve_fit
     from knitstudy.use.measured_curve import at, simulated_curve, within
 

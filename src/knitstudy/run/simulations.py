@@ -1,0 +1,182 @@
+"""From scenes to their results in one call: one scene, or many side by side."""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+from collections import Counter
+from collections.abc import Iterable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from functools import partial
+from itertools import chain
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+from knitstudy.errors import KnitstudyError
+from knitstudy.interruption import end_with_parent
+from knitstudy.knit.loading.run import silent
+from knitstudy.knit.scene.documents import CONFIG
+from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.mechanics.batches import VARIABLE, threads
+from knitstudy.run.plan import Plan, with_digits
+from knitstudy.run.store import OF_STUDY, BeginProgress, Store
+
+if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
+    import xarray as xr
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class Results:
+    """All that a simulation gives, in the formats of docs/reference/files.md.
+
+    Files have the name of the scene; only solid yarns have a `mesh`. `contacts` are at the crossings of solid yarns;
+    for a reduced model, they are the contacts that its joints come from. `path` is the file of the history.
+    """
+
+    scene: Scene
+    geometry: xr.Dataset
+    history: xr.Dataset
+    mesh: xr.Dataset | None = None
+    contacts: xr.Dataset | None = None
+    path: Path | None = None
+
+    def _repr_html_(self) -> str:
+        """Notebooks show the name and the history."""
+        return f"<b>{self.scene.name}</b>{self.history._repr_html_()}"
+
+
+def simulate(
+    scene: Scene,
+    folder: Path | str | None = None,
+    *,
+    config: Path = CONFIG,
+    progress: BeginProgress | None = None,
+    anew: bool = False,
+    plan: Plan | None = None,
+) -> Results:
+    """Simulate a scene, and before it whatever it takes joints or springs from.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of the configuration (`knitstudy.run.configuration.load_scene`), or a changed one (`Scene.vary`). Other keys
+        under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
+        has that of the simulations that its joints and springs come from; their other keys are their own.
+    folder : Path or str, optional
+        Where results, and files for other programs that the scene's outputs ask for, are kept, and taken from if they
+        are up to date; restart files of runs that were ended lie in its folder ``restart``. Results of a study in the
+        working folder are taken as well. Without it, all stays in memory.
+    config, plan
+        Configuration folder that names of other scenes refer to; its plan, where it has been read already.
+    progress : callable, optional
+        Called with the label of a stage, returns the receiver of its progress; for example
+        `knitstudy.knit.loading.run.Progress`, which prints lines with the time left.
+    anew : bool
+        Simulate the scene even if its result is there.
+
+    Raises
+    ------
+    KnitstudyError
+        Where a stage ends in an error; earlier results stay.
+    ConvergenceError
+        Where the simulation ends before full load. The history so far is its attribute `history`, and in a file of
+        the folder.
+    """
+    plan = plan or Plan.of(config)
+    scene = plan.labelled(scene)
+    steps = plan.steps_of(scene)
+    store = Store(progress=progress or (lambda label: silent))
+    if folder is not None:
+        store.folder, store.also = Path(folder), (OF_STUDY,)
+    for question in questions(scene):
+        log.warning(question)
+    if not anew and not store.holds(steps["simulation"]):
+        store.scale(steps["simulation"])
+    history = store.get(steps["simulation"], anew)
+    taken = {**steps["simulation"].needs, **steps}
+    beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
+    for step in steps.values() if store.folder else ():
+        if step.wanted and not step.stage.is_dataset:
+            store.get(step)
+    path = store.folder and store.folder / steps["simulation"].path
+    return Results(scene, history=history, **beside, path=path)
+
+
+def simulate_many(
+    scenes: Iterable[Scene],
+    folder: Path | str = "runs",
+    *,
+    jobs: int | None = None,
+    errors: Literal["raise", "coerce"] = "raise",
+    config: Path = CONFIG,
+) -> list[Results | None]:
+    """Simulate scenes side by side with a progress bar, and return their results in the same order.
+
+    Results are kept and taken as by `simulate`; where scenes share a name, digits of their hash follow it. Of scenes
+    that differ in Young's modulus, or in all stiffnesses by one factor, one is simulated and the others are `scaled`
+    (attributes `scaled_from`, `scaled_by`).
+
+    Parameters
+    ----------
+    jobs : int, optional
+        Processes, by default one a core; they share the threads that OMP_NUM_THREADS allows.
+    errors : str
+        "raise": once all others are done, a KnitstudyError names the scenes that failed. "coerce": None stands there.
+        Every failure is a warning as well.
+    """
+    from rich.console import Console
+    from rich.progress import track
+
+    import knitstudy.knit.simulate  # noqa: F401  # once for all processes
+
+    plan = Plan.of(config)
+    scenes = [plan.labelled(scene) for scene in scenes]
+    names = Counter(name for name, _ in {(scene.name, scene.hash) for scene in scenes})
+    scenes = [with_digits(scene) if names[scene.name] > 1 else scene for scene in scenes]
+    alike: dict[str, list[int]] = {}
+    for place, scene in enumerate(scenes):
+        step = plan.step("simulation", scene)
+        alike.setdefault(step.unit_digest or step.digest, []).append(place)
+    groups = [[scenes[place] for place in places] for places in alike.values()]
+    jobs = min(jobs or os.cpu_count() or 1, len(groups)) or 1
+    pool = ProcessPoolExecutor(jobs, get_context("fork"), _begin, (max(threads() // jobs, 1),))
+    try:  # processes begin before the thread of the bar
+        done = pool.map(partial(_results_or_reasons, folder=folder, config=config), groups)
+        bar = track(done, f"{len(scenes)} scenes", len(groups), console=Console(stderr=True))
+        ended = dict(zip(chain(*alike.values()), chain(*bar), strict=True))
+    except BrokenProcessPool:
+        why = "the system ended a process, perhaps for its memory: take fewer jobs"
+        raise KnitstudyError(f"{why}; results up to there are in {folder}") from None
+    finally:
+        pool.shutdown(cancel_futures=True)
+    failed = {scenes[place].name: end for place, end in ended.items() if isinstance(end, str)}
+    for name, reason in failed.items():
+        log.warning("%s: %s", name, reason)
+    if failed and errors != "coerce":
+        these = f"{len(failed)} of {len(scenes)} scenes failed, {', '.join(failed)}"
+        raise KnitstudyError(f"{these}: {next(iter(failed.values()))}; the others are in {folder}")
+    return [None if isinstance(end := ended[place], str) else end for place in range(len(scenes))]
+
+
+def _begin(threads: int) -> None:
+    """Begin a process: Ctrl-C and the end of its parent end it, and it has its share of the threads."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    end_with_parent()
+    os.environ[VARIABLE] = str(threads)
+
+
+def _results_or_reasons(scenes: list[Scene], folder: Path | str, config: Path) -> list[Results | str]:
+    """Return the results of scenes, each of which may be scaled from one before, or why there are none."""
+    ended: list[Results | str] = []
+    for scene in scenes:
+        try:
+            ended.append(simulate(scene, folder, config=config))
+        except Exception as error:  # whatever it is: the others go on
+            ended.append(f"{type(error).__name__}: {error}")
+    return ended
