@@ -208,7 +208,9 @@ def test_friction_of_yarns_takes_work_and_finer_beams_press_alike(jersey):
     assert np.diff(lost).min() >= -1e-9 * lost[-1]
     thickness = []
     for size in (0.8, 0.4):
-        history = simulations.simulate(jersey.vary({"mesh.beam_size": size, "load.largest_pressure": 2e3})).history
+        history = simulations.simulate(
+            jersey.vary({"mesh.beam_size": size, "load.largest_pressure": 2e3})
+        ).history
         assert history.pressure.values[-1] >= 2e3 > history.pressure.values[-2]
         thickness.append(np.interp(1e3, history.pressure.values, history.thickness.values))
     assert thickness[0] == pytest.approx(thickness[1], rel=0.01)
