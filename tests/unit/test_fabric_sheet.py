@@ -16,6 +16,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
+from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle, simulated_curve
 from knitstudy.use.plot import draw
 
@@ -158,6 +159,8 @@ def test_a_cell_between_plates_is_drawn_by_its_pressure(made):
     assert (pressure.get_ylabel(), lateral.get_xlabel()) == ("pressure (kPa)", "thickness (mm)")
     with refusal("no force per width along its load"):
         simulated_curve(history, history)
+    with refusal("no history of a cell without plates"):
+        membrane({"press": history})
 
 
 def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
