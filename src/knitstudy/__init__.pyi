@@ -21,6 +21,7 @@ from knitstudy.knit.scene.sections import BeamYarn as BeamYarn
 from knitstudy.knit.scene.sections import CellStrain as CellStrain
 from knitstudy.knit.scene.sections import KnitTension as KnitTension
 from knitstudy.knit.scene.sections import Pattern as Pattern
+from knitstudy.knit.scene.sections import SecondYarn as SecondYarn
 from knitstudy.knit.scene.sections import SetYarn as SetYarn
 from knitstudy.knit.scene.sections import SolidYarn as SolidYarn
 from knitstudy.knit.scene.shared_sections import Friction as Friction

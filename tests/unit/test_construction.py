@@ -39,6 +39,17 @@ def test_numbers_of_a_cotton_jersey_are_those_of_the_mill():
     assert "mass per area" not in numbers(construction([line], 3e-3, (width, height, 1, 1), 1e-4, np.nan))
 
 
+def test_two_yarns_have_the_sum_of_their_masses_and_widths():
+    """Straight rows 1 mm apart, one of them thinner, lighter and 0.1 mm above the other; they have no one tightness."""
+    lines = [np.array([[0.0, y, z], [1e-3, y, z]]) for y, z in ((0.5e-3, 0.0), (1.5e-3, 1e-4))]
+    radius, tex = np.array([2e-4, 1e-4]), np.array([30.0, 10.0])
+    actual = numbers(construction(lines, np.array([1e-3, 1e-3]), (1e-3, 2e-3, 1, 2), radius, tex))
+    assert actual["cover"] == pytest.approx(0.3, abs=0.005)
+    assert actual["mass per area"] == pytest.approx(1e-3 * (30.0 + 10.0) / 2e-3)
+    assert actual["thickness"] == pytest.approx(0.4)
+    assert "tightness factor" not in actual
+
+
 def test_tex_is_the_density_times_the_area_of_a_section():
     assert tex_of(0.2e-3, 1000.0) == pytest.approx(1e6 * 1000 * pi * 1e-8)
 

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from refusals import REFUSED, refusal
 from scipy.stats import linregress
 
-from knitstudy import simulate
+from knitstudy import fabric_sheet, simulate
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import KEYS, diameter_of, known_yarns, read_yarn
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
@@ -385,3 +385,50 @@ def test_a_direction_of_rib_is_claimed_where_four_fifths_of_the_measured_strains
     assert set(KEPT.query("stitch == 'rib' and direction == @direction")["status"]) == {
         "claimed" if claimed else "withdrawn"
     }
+
+
+STRIPES = {"fidelity": "beam", "pattern.rows": 2, "load.lateral": "free"}
+NO_STRIPES = [
+    ({"yarn_b.rows": ["a", "c"]}, "must be a list of a and b, the bottom row first"),
+    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: say yarn_b\.of"),
+    ({"yarn_b.youngs_modulus": 1e9, "pattern.rows": 3}, r"pattern\.rows is 3 but must be a multiple of 2"),
+    ({"yarn_b.diameter": 1e-4}, r"must be from 0\.0009 to 0\.0018 m, yarn\.diameter: loops are drawn"),
+    ({"yarn_b.pressing": 1.0}, r"yarn_b\.pressing is given but yarn\.pressing is not"),
+    ({"yarn_b.tex": 300.0}, r"yarn_b\.density is missing; yarn_b\.tex and yarn_b\.density belong together"),
+    (
+        {"fidelity": "spline_yarns", "yarn_b.of": "wool-2-48"},
+        "cells of beams that slide have two yarns",
+    ),
+    ({"yarn.of": "acrylic", "yarn_b.of": "cotton", "yarn_b.youngs_modulus": 1e9}, "is not read where all"),
+]
+
+
+@pytest.mark.parametrize(("change", "message"), NO_STRIPES)
+def test_two_yarns_that_make_no_fabric_are_refused(change, message):
+    with refusal(message):
+        load_scene("cell-course-isotropic").vary(STRIPES | change)
+
+
+def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
+    keys = {
+        "yarn.of": "acrylic",
+        "yarn_b.of": "wool-2-48",
+        "yarn_b.rows": ["a", "b", "b"],
+        "yarn_b.diameter": 7e-4,
+    }
+    scene = load_scene("cell-course-isotropic").vary(STRIPES | keys | {"pattern.rows": 6})
+    acrylic, wool = (
+        {part: value.value for part, value in read_yarn(name).values.items()}
+        for name in ("acrylic", "wool-2-48")
+    )
+    assert scene.yarns[0] == scene.yarn
+    assert scene.yarns[1].bending == wool["bending"] != acrylic["bending"]
+    assert (2e3 * scene.radius).tolist() == [1e3 * acrylic["diameter"], 0.7, 0.7] * 2
+    again = pickle.loads(pickle.dumps(scene)).vary({"load.strain": 0.1})
+    assert again.tex.tolist() == [acrylic["tex"], wool["tex"], wool["tex"]] * 2
+    doubled = scene.scaled(stiffness=2.0)
+    assert doubled.yarns[1].pressing == 2 * wool["pressing"], "forces are proportional to all stiffnesses"
+    with refusal("cells of beams that slide have two yarns"):
+        scene.vary({"fidelity": "spline_yarns"})
+    with refusal(r"tex is 30, of one yarn; say yarn\.tex and yarn_b\.tex"):
+        fabric_sheet(scene, tex=30.0)

@@ -14,7 +14,7 @@ from knitstudy.knit.models.beam.cell import relax
 from knitstudy.mechanics.beams.beam import BeamSection, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Patch, Power, Repulsion
+from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Mixed, Patch, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
 from knitstudy.mechanics.periodic import EndlessBeams, Lattice
 from knitstudy.mechanics.plates import PressedBeams
@@ -24,8 +24,11 @@ from knitstudy.run.configuration import load_scene
 E, NU = 1.0, 0.3
 
 
-def yarn_between_plates(law, height=0.0, length=4.0, spacing=0.02):
-    """A yarn of radius 1/2 along x that goes up and down once, or straight on, between plates that touch it."""
+def yarn_between_plates(law, height=0.0, length=4.0, spacing=0.02, diameter=D, thicker=None):
+    """A yarn along x that goes up and down once, or straight on, between plates that touch it.
+
+    Where a `thicker` yarn has another law, this one is the second of both.
+    """
     n = round(length / spacing)
     s = np.arange(n + 1) * length / n
     nodes = np.column_stack([s, np.zeros(n + 1), height * np.cos(2 * np.pi * s / length)])
@@ -35,10 +38,11 @@ def yarn_between_plates(law, height=0.0, length=4.0, spacing=0.02):
     owner, image = np.append(np.arange(n), 0), np.zeros((n + 1, 2), dtype=int)
     image[-1, 0] = 1
     points = ContactPoints.of(np.zeros(n, dtype=int), along[:-1], 1, along[-1:])
-    onset = SPACINGS**2 * points.weight.max() ** 2 / (8 * D)
-    line = LineContact(
-        points.yarn, points.arc_length, points.weight, Repulsion(law, D, onset), period=along[-1:]
-    )
+    repulsion = Repulsion(law, diameter, SPACINGS**2 * points.weight.max() ** 2 / (8 * diameter))
+    if thicker is not None:
+        onset, second = repulsion.onset * diameter / D, np.ones(n, dtype=int)
+        repulsion = Mixed.of_yarns((thicker, law), (D, diameter), onset, second)
+    line = LineContact(points.yarn, points.arc_length, points.weight, repulsion, period=along[-1:])
     lattice = Lattice(np.array([[length, 0, 0], [0, 10.0, 0]]))
     return PressedBeams(EndlessBeams(inner, owner, image, lattice, line, points))
 
@@ -98,6 +102,15 @@ def test_points_farther_apart_press_alike(spacing, error):
     law, wave = Power(3.0, 1.5), (0.3, 2.0)
     fine = force(yarn_between_plates(law, *wave), 0.1)
     assert force(yarn_between_plates(law, *wave, spacing=spacing), 0.1) == pytest.approx(fine, rel=error)
+
+
+def test_the_second_of_two_yarns_is_pressed_as_alone():
+    wave = {"height": 0.3, "length": 2.0, "diameter": 0.6}
+    alone, second = (
+        yarn_between_plates(Power(3.0, 2.0), **wave, thicker=of) for of in (None, Power(5.0, 2.0))
+    )
+    assert second.thickness == pytest.approx(alone.thickness)
+    assert force(second, 0.05) == pytest.approx(force(alone, 0.05), rel=1e-9)
 
 
 def pressed(friction, patch=LAYERS):

@@ -17,7 +17,7 @@ from hexahedral_block import LAWS as MATERIALS
 from hexahedral_block import made_of, solid
 from polynomial_rods import bent_rod
 from test_contact_indentation import CrossedYarns
-from test_line_contact import disturbed, two_rows
+from test_line_contact import D, disturbed, two_rows
 from test_membrane import COUPLED, irregular
 from test_periodic_cell import stretched, tied_cell
 from test_solids import KINDS
@@ -28,7 +28,7 @@ from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.mechanics.beams.beam import BeamSection, LinearSprings
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Patch, Power
+from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Mixed, Patch, Power
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.materials import VOIGT
@@ -202,11 +202,15 @@ def beams_in_contact(name, kind):
     )
 
 
-def endless_beams(friction, patch):
+def endless_beams(friction, patch, unlike=False):
     """Beams, and contact that slides at some pairs, sticks at others and begins at some."""
     model = two_rows(friction, per_node=2)
     law = replace(model.contact.repulsion.law, patch=patch)
     model.contact.repulsion = replace(model.contact.repulsion, law=law)
+    if unlike:
+        other = replace(law, coefficient=0.3 * law.coefficient, exponent=1.8)
+        laws, kind = (law, other), model.contact.yarn
+        model.contact.repulsion = Mixed.of_yarns(laws, (D, 0.8 * D), 0.02, kind)
     state = disturbed(model)
     active = model.contact.active_pairs(model.at_points(state), model.vectors(state), state.contact)
     assert len(active.pairs.i) > 50
@@ -375,9 +379,12 @@ CASES = {
         for kind in FRICTION
     },
     **{
-        f"endless beams: {name}, mu = {mu}": partial(endless_beams, mu, patch)
+        f"endless beams: {name}, mu = {mu}{', two yarns' if unlike else ''}": partial(
+            endless_beams, mu, patch, unlike
+        )
         for name, patch in (("layers", LAYERS), ("half spaces", Patch(0.3)))
         for mu in (0.0, 0.5)
+        for unlike in (False, True)
     },
     "spline yarns in contact": spline_yarns_in_contact,
     **{f"{of} of {name}": partial(material, name, of) for name in MATERIALS for of in ("energy", "stress")},

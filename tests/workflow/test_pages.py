@@ -180,6 +180,24 @@ def test_yarns_to_choose(fresh, tmp_path):
     assert "course force over width at the end" in ended
 
 
+def test_two_yarns(fresh, tmp_path):
+    """The commands on the page, in one increment; stripes are softer than cotton."""
+    (scene,), (printed,) = (blocks("docs/how-to/two_yarns.md", each) for each in ("yaml", "bash"))
+    for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
+        assert scene.count(each) == 1
+        scene = scene.replace(each, other)
+    (tmp_path / "stripes.yaml").write_text(scene, encoding="utf-8")
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    lines = (shlex.split(line, comments=True) for line in printed.splitlines())
+    checked, *ended = (run("-m", *line, **here).stdout for line in lines)
+    assert "yarn_b.stretching\t0.156\tN" in checked
+    assert re.search(r"mass per area \d+ g/m2", checked)
+    stripes, cotton = (
+        float(re.search(r"course force over width at the end\t(\S+)", each)[1]) for each in ended
+    )
+    assert 0 < stripes < cotton
+
+
 def test_site(tmp_path):
     """MkDocs builds the site of `make docs` without a warning. A broken section in a docstring causes a warning."""
     build = ("-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path))

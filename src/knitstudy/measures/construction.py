@@ -7,7 +7,7 @@ fabrics", Journal of the Textile Institute 53). The cover is the share of the pl
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import nan, pi, sqrt
+from math import nan, pi
 
 import numpy as np
 import xarray as xr
@@ -35,7 +35,7 @@ def tex_of(diameter: float, density: float) -> float:
     return 1e6 * density * pi * diameter**2 / 4
 
 
-def drawn(geometry: xr.Dataset, tex: float = nan) -> list[Quantity]:
+def drawn(geometry: xr.Dataset, tex: Floats | float = nan) -> list[Quantity]:
     """Return the construction of the loops of a geometry as they are drawn; nothing where it has none."""
     if "loops" not in geometry:
         return []
@@ -47,11 +47,13 @@ def drawn(geometry: xr.Dataset, tex: float = nan) -> list[Quantity]:
     width, height = float(fabric.periods[0, 0]), float(fabric.periods[1, 1])
     loops = round(width / float(geometry["wale_spacing"]))
     places = [line.position(np.linspace(0, line.length, SAMPLES * loops)) for line in lines]
-    length = sum(line.length for line in lines)
+    length = np.array([line.length for line in lines])
     return construction(places, length, (width, height, loops, len(lines)), fabric.radius, tex)
 
 
-def at_rest(history: xr.Dataset, loops: int, rows: int, radius: float, tex: float = nan) -> list[Quantity]:
+def at_rest(
+    history: xr.Dataset, loops: int, rows: int, radius: Floats | float, tex: Floats | float = nan
+) -> list[Quantity]:
     """Return the construction of a cell of beams, of loops times rows stitches, where its load path begins.
 
     Nothing of other histories, which begin with the loops as drawn.
@@ -64,30 +66,38 @@ def at_rest(history: xr.Dataset, loops: int, rows: int, radius: float, tex: floa
     # A yarn goes on from its last node to the image of its first one.
     places = [np.vstack([place[nodes], place[nodes[0]] + [width, 0.0, 0.0]]) for nodes in own]
     last = history["arc_length"].to_numpy()
-    length = sum(float(last[nodes[-1]]) * len(nodes) / (len(nodes) - 1) for nodes in own)
+    length = np.array([float(last[nodes[-1]]) * len(nodes) / (len(nodes) - 1) for nodes in own])
     return construction(places, length, (width, height, loops, rows), radius, tex)
 
 
 def construction(
-    lines: Sequence[Floats], length: float, size: tuple[float, float, int, int], radius: float, tex: float
+    lines: Sequence[Floats],
+    length: Floats,
+    size: tuple[float, float, int, int],
+    radius: Floats | float,
+    tex: Floats | float,
 ) -> list[Quantity]:
     """Return numbers of a cell in the units of a mill; without the tex [g/km] of the yarn those that need none.
 
-    `lines` are points (k, 3) of its yarns up to the image of the first of them, `length` the yarn in it [m], `size` its
-    width and height [m], and its stitches across and along; needles that float or tuck count.
+    `lines` are points (k, 3) of its Y yarns up to the image of the first of them, `length` (Y,) the yarn in it [m],
+    `size` its width and height [m], and its stitches across and along; needles that float or tuck count. Radius and tex
+    are those of all yarns, or of each (Y,).
     """
     width, height, loops, rows = size
-    points = np.concatenate([_dense(line, STEP * radius) for line in lines])
-    each, density = length / (loops * rows), loops * rows / (width * height)
+    dense = [_dense(line, STEP * float(np.min(radius))) for line in lines]
+    points = np.concatenate(dense)
+    own = np.repeat(np.broadcast_to(radius, len(lines)), [len(line) for line in dense])
+    each, density = float(np.sum(length)) / (loops * rows), loops * rows / (width * height)
+    tightness = np.sqrt(tex) / (1e2 * each)
     numbers = [
         Quantity("wales per cm", 1e-2 * loops / width, "1/cm"),
         Quantity("courses per cm", 1e-2 * rows / height, "1/cm"),
         Quantity("stitch density", 1e-4 * density, "1/cm2"),
         Quantity("length of yarn in a stitch", 1e3 * each, "mm"),
-        Quantity("cover", cover(points[:, :2], radius, (width, height)), "1"),
-        Quantity("thickness", 1e3 * (float(np.ptp(points[:, 2])) + 2 * radius), "mm"),
-        Quantity("tightness factor", sqrt(tex) / (1e2 * each), "sqrt(tex)/cm"),
-        Quantity("mass per area", 1e-3 * tex * each * density, "g/m2"),
+        Quantity("cover", cover(points[:, :2], own, (width, height)), "1"),
+        Quantity("thickness", 1e3 * float(np.max(points[:, 2] + own) - np.min(points[:, 2] - own)), "mm"),
+        Quantity("tightness factor", float(tightness if np.ndim(tex) == 0 else nan), "sqrt(tex)/cm"),
+        Quantity("mass per area", 1e-3 * float(np.sum(tex * length)) / (width * height), "g/m2"),
     ]
     return [number for number in numbers if not np.isnan(float(number.value))]
 
@@ -99,8 +109,10 @@ def _dense(line: Floats, step: float) -> Floats:
     return np.column_stack([np.interp(wanted, s, component) for component in line.T])
 
 
-def cover(points: Floats, radius: float, size: tuple[float, float]) -> float:
+def cover(points: Floats, radius: Floats | float, size: tuple[float, float]) -> float:
     """Return the share of a cell of a size [m] within a radius of points (k, 2) along yarns, or of their images.
+
+    The radius is that of all, or one of every point (k,).
 
     Examples
     --------
@@ -112,5 +124,8 @@ def cover(points: Floats, radius: float, size: tuple[float, float]) -> float:
     wrapped[wrapped >= size] = 0.0  # of rounding
     middles = [side * (np.arange(GRID) + 0.5) / GRID for side in size]
     places = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
-    distance, _ = cKDTree(wrapped, boxsize=size).query(places)
-    return float((distance <= radius).mean())
+    own, hidden = np.broadcast_to(radius, len(points)), np.zeros(len(places), dtype=bool)
+    for each in np.unique(own):
+        distance, _ = cKDTree(wrapped[own == each], boxsize=size).query(places)
+        hidden |= distance <= each
+    return float(hidden.mean())

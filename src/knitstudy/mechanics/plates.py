@@ -15,6 +15,7 @@ import scipy.sparse as sp
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.beam import LineHistory
 from knitstudy.mechanics.beams.contact_points import Spread
+from knitstudy.mechanics.beams.laws import Mixed
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
 from knitstudy.mechanics.model import Memoryless, Response, summed
@@ -31,11 +32,12 @@ class MirrorSearch(PairSearch):
         yarn, s, n = search.yarn, search.arc_length, len(search.yarn)
         begin, end = (np.searchsorted(yarn, yarn, side=side)[:, None] for side in ("left", "right"))
         spacing = np.diff(s)
-        reach = int(np.ceil(search.beside / spacing[spacing > 0].min()))
+        beside = np.broadcast_to(search.beside, n)[:, None]
+        reach = int(np.ceil(beside.max() / spacing[spacing > 0].min()))
         along = np.arange(n)[:, None] - begin + np.arange(-reach, reach + 1)
         around, place = np.divmod(along, end - begin)  # periods, and points of the yarn
         apart = s[begin + place] + around * period[yarn][:, None] - s[:, None]
-        near = np.abs(apart) <= search.beside
+        near = np.abs(apart) <= beside
         i, j, image = np.nonzero(near)[0], (begin + place)[near], around[near][:, None] * [1, 0]
         both, key = (
             (np.tile(i, 2), np.append(n + j, 2 * n + j), np.tile(image, (2, 1))),
@@ -73,12 +75,16 @@ class PressedBeams(Memoryless):
         self.size, self.scale = cell.size + 1, np.append(cell.scale, 1.0)
         start, line, period = cell.start(), cell.contact, cell.contact.search.period
         assert period is not None, "the yarns of a cell repeat themselves"
-        height, radius = cell.at_points(start).position[:, 2], 0.5 * cell.diameter(start)
-        self.heights = np.array([height.min() - radius, height.max() + radius])  # of both plates at first [m]
+        height = cell.at_points(start).position[:, 2]
+        radius = 0.5 * line.of_diameter(cell.diameter(start)).repulsion.own_diameter
+        # of both plates at first [m]
+        self.heights = np.array([np.min(height - radius), np.max(height + radius)])
         self.thickness = float(np.ptp(self.heights))
         n, yarn = len(line.yarn), np.concatenate([line.yarn + k * len(period) for k in range(3)])
         of_points = yarn, np.tile(line.arc_length, 3), np.tile(line.weight, 3)
-        self.contact = LineContact(*of_points, line.repulsion, period=np.tile(period, 3))
+        law = line.repulsion
+        law = replace(law, kind=np.tile(law.kind, 3)) if isinstance(law, Mixed) else law
+        self.contact = LineContact(*of_points, law, period=np.tile(period, 3))
         self.contact.search = MirrorSearch(line.search, period)
         self.contact.weight[n:] *= 0.5  # a pair of a point and an image has half of the energy
         points = sp.csr_matrix(cell.points.spread(cell.moves).matrix)

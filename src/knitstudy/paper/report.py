@@ -337,7 +337,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
     scene, _ = scenes_of(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
     title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
-    return page_of(deformed(geometry, history, scene.yarn.radius), title, CORNERS), scene
+    return page_of(deformed(geometry, history, scene.radius), title, CORNERS), scene
 
 
 # ---- Warnings where tables that ``benchmarks/keep.py`` keeps are of other scenes or rules than today's

@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import later, plugin_files, wings
 from knitstudy.run.cost import Cost, expected_cost
@@ -36,7 +37,7 @@ MODEL = (
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
 KIND = ("specimen", "fidelity", "interaction")
-MODEL_KEYS = (*KIND, "pattern", "pair", "yarn", "load", "mesh", "tie", "contact", "solver")
+MODEL_KEYS = (*KIND, "pattern", "pair", *SECTIONS, "load", "mesh", "tie", "contact", "solver")
 
 Check = Callable[[Scene], bool]
 
@@ -157,7 +158,7 @@ _STAGES = (
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
         function=later("knitstudy.knit.models.beam.cell:relax"),
-        reads=lambda scene: (*KIND, "yarn", "mesh", "contact.friction", "beam", "solver", "load.start"),
+        reads=lambda scene: (*KIND, *SECTIONS, "mesh", "contact.friction", "beam", "solver", "load.start"),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
         intermediate=True,

@@ -30,6 +30,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.measures.response import motion
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.use.solids import (
     BAR,
     FRONT,
@@ -98,7 +99,7 @@ class Deformed:
 def deformed(
     geometry: xr.Dataset,
     history: xr.Dataset,
-    radius: float,
+    radius: Floats | float,
     colour: str = "u_z",
     solids: Callable[[], Mesh] | None = None,
 ) -> Deformed:
@@ -110,8 +111,8 @@ def deformed(
         Undeformed yarns, the result of the stage geometry.
     history : Dataset
         History of any model.
-    radius : float
-        Radius of the yarns [m].
+    radius : float or array
+        Radius of the yarns, or of each of them (Y,) [m].
     colour : str
         "u_z" [mm], "slip" [mm] or "force" [N] of crossings at all increments; "stress" or "pressure" [MPa] of solids at
         full load.
@@ -139,6 +140,7 @@ def deformed(
         return replace(_repeated(_repeated(solid, course[-1:], copies), wale[-1:], copies), cell=cell)
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
+    radii = np.broadcast_to(radius, yarn.max() + 1)
     points, faces, at, first = [], [], [], 0
     for number in np.unique(yarn):
         own = np.flatnonzero(yarn == number)
@@ -148,7 +150,7 @@ def deformed(
         along = np.append(np.tile(own[:-1], copies), own[-1])
         copy = np.append(np.repeat(np.arange(copies), len(own) - 1), copies - 1 + (WIDTH in history.attrs))
         lines = place[:, along] + copy[:, None] * course[:, None]
-        tubes = [tube(line, radius, "") for line in lines]
+        tubes = [tube(line, radii[number], "") for line in lines]
         points.append(np.stack([tube.points for tube in tubes]))
         faces.append(tubes[0].faces + first)
         first += len(tubes[0].points)

@@ -33,6 +33,7 @@ from knitstudy.knit.scene.scene import Scene, questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import at_rest
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
 from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
@@ -172,7 +173,11 @@ def fabric_sheet(
     ConvergenceError
         When the fabric does not find its shape at rest.
     """
-    cell, tex = cell_of(scene), scene.tex if isnan(tex) else tex
+    cell = cell_of(scene)
+    if not isnan(tex) and len(cell.yarns) > 1:
+        raise ConfigurationError(
+            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; say yarn.tex and yarn_b.tex, or .of"
+        )
     starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
     for question in questions(cell):
         log.warning(question)
@@ -190,7 +195,9 @@ def fabric_sheet(
         forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
     rows = [
-        *_construction_rows(cell, [of["course"] for of in (histories, other) if of], tex),
+        *_construction_rows(
+            cell, [of["course"] for of in (histories, other) if of], cell.tex if isnan(tex) else tex
+        ),
         *_thickness_rows(curves[PRESS], pressures),
         *_load_rows(curves, force),
         *_bending_rows(tied),
@@ -303,16 +310,20 @@ def _row(quantity: str, values: Iterable[float], unit: str, remark: str = "") ->
     return [quantity, *texts, unit, remark]
 
 
-def _construction_rows(cell: CellOfBeams, histories: Iterable[xr.Dataset], tex: float) -> list[list[str]]:
+def _construction_rows(
+    cell: CellOfBeams, histories: Iterable[xr.Dataset], tex: Floats | float
+) -> list[list[str]]:
     """Return the construction at rest, of one start and the other."""
-    size = cell.pattern.loops, cell.pattern.rows, cell.yarn.radius
+    size = cell.pattern.loops, cell.pattern.rows, cell.radius
     starts = [{number.name: number for number in at_rest(history, *size, tex)} for history in histories]
     rows = []
     for name, number in starts[0].items():
         values = [float(start[name].value) for start in starts]
         rows.append(_row(name, values[:1] if name in GIVEN else values, number.unit))
     rows += [
-        _row(name, [nan], "", "needs the tex of the yarn") for name in NEEDS_TEX if name not in starts[0]
+        _row(name, [nan], "", "rows differ" if np.all(np.isfinite(tex)) else "needs the tex of the yarn")
+        for name in NEEDS_TEX
+        if name not in starts[0]
     ]
     return rows
 

@@ -61,7 +61,7 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
     else:
         (one,) = results
         at_full_load = partial(solids, one.scene, one.geometry, one.mesh, one.history)
-        radius = one.scene.yarn.radius
+        radius = one.scene.radius
         drawing = deformed.draw(deformed.deformed(one.geometry, one.history, radius, colour, at_full_load))
     if axes is not None:
         axes.imshow(pixels(drawing))

@@ -283,7 +283,7 @@ def write_series(
     folder, (times, meaning) = path.with_suffix(""), times_of(history)
     entries = []
     for number, time in enumerate(times.tolist()):
-        now = _yarns(history, scene.yarn.radius, number), *_points(crossings, history, number)
+        now = _yarns(history, scene.radius, number), *_points(crossings, history, number)
         for part, points, cells, fields in now:
             file = f"{path.stem}/{part}-{number:04}.vtu"
             _write(grid(points, cells, fields), path.parent / file)
@@ -316,8 +316,8 @@ def times_of(history: xr.Dataset) -> tuple[np.ndarray, str]:
 Part = tuple[str, Floats, Ints, Fields]
 
 
-def _yarns(history: xr.Dataset, radius: float, number: int) -> Part:
-    """Return yarns of a radius [m] at an increment, as lines from station to station."""
+def _yarns(history: xr.Dataset, radius: Floats | float, number: int) -> Part:
+    """Return yarns of one radius, or of their own (Y,), [m] at an increment, as lines from station to station."""
     yarn, arc_length = (history[name].to_numpy() for name in ("yarn", "arc_length"))
     order = np.lexsort((arc_length, yarn))
     first = np.flatnonzero(yarn[order][1:] == yarn[order][:-1])
@@ -325,7 +325,7 @@ def _yarns(history: xr.Dataset, radius: float, number: int) -> Part:
         SHIFTED: history["centreline_displacement"].to_numpy()[number],
         "yarn": yarn,
         "arc_length [m]": arc_length,
-        "radius [m]": np.full(len(yarn), radius),
+        "radius [m]": np.broadcast_to(radius, yarn.max() + 1)[yarn],
     }
     cells = np.column_stack([order[first], order[first + 1]])
     return "yarns", history["centreline"].to_numpy(), cells, fields

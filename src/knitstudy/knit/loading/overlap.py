@@ -37,11 +37,11 @@ class Repeats:
 def largest_overlap(
     stations: Stations,
     places: Floats,  # (S, 3), where the stations are [m]
-    radius: float,  # of the yarns [m]
+    radius: Floats | float,  # of the yarns (Y,), or of all [m]
     length: Floats | None = None,  # (Y,), of one period of yarns that repeat themselves [m]
     vectors: Floats | None = None,  # (2, 3), of the lattice by which they do [m]
 ) -> float:
-    """Return how deep two places of yarn overlap at most, over the radius; 0 where none do.
+    """Return how deep two places of yarn overlap at most, over their mean radius; 0 where none do.
 
     Examples
     --------
@@ -50,19 +50,20 @@ def largest_overlap(
     >>> largest_overlap(stations, crossed, radius=1.0)
     0.5
     """
-    points, yarn, s = _fine(stations, places, radius, length, vectors)
-    reach = 2 * radius
+    points, yarn, s = _fine(stations, places, float(np.min(radius)), length, vectors)
+    own, reach = np.broadcast_to(radius, int(yarn.max()) + 1)[yarn], 2 * float(np.max(radius))
     tree, low, high = cKDTree(points), points.min(axis=0) - reach, points.max(axis=0) + reach
-    nearest = reach
+    nearest = 2.0
     for image in [(0, 0)] if vectors is None else IMAGES:
         moved = points if vectors is None else points + image @ vectors
         here = np.flatnonzero(((moved >= low) & (moved <= high)).all(axis=1))
         near = cKDTree(moved[here]).sparse_distance_matrix(tree, reach, output_type="ndarray")
         one, other = here[near["i"]], near["j"]
         along = s[one] - s[other] + (0 if length is None else image[0] * length[yarn[one]])
-        beside = (yarn[one] == yarn[other]) & (image[1] == 0) & (np.abs(along) <= np.pi * radius)
-        nearest = near["v"][~beside].min(initial=nearest)
-    return float(2 - nearest / radius)
+        beside = (yarn[one] == yarn[other]) & (image[1] == 0) & (np.abs(along) <= np.pi * own[one])
+        mean = 0.5 * (own[one] + own[other])
+        nearest = (near["v"] / mean)[~beside].min(initial=nearest)
+    return float(2 - nearest)
 
 
 def _fine(

@@ -194,7 +194,7 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     columns, points = problem.observer.record(increment)
     if problem.scene.value("gates.overlap") is not None:
         places = problem.stations.position + columns["centreline_displacement"]
-        repeats, radius = problem.repeats, problem.scene.yarn.radius
+        repeats, radius = problem.repeats, problem.scene.radius
         lattice = () if repeats is None else (repeats.length, repeats.stretched(columns["cell_strain"]))
         columns["largest_overlap"] = largest_overlap(problem.stations, places, radius, *lattice)
     recorder.add(increment, columns, points)

@@ -33,7 +33,7 @@ LENGTH, POINTS, FREE = "pattern.loop_length", "pattern.control_points", "geometr
 STITCHES = "pattern.stitches"
 
 PER_METRE = {"pattern.courses_per_metre": COURSE, "pattern.wales_per_metre": WALE}
-TEX, DENSITY = "yarn.tex", "yarn.density"  # g/km; kg/m3 of the yarn with the air in it
+TEX = "yarn.tex"  # g/km; it goes with yarn.density [kg/m3], of the yarn with the air in it
 POINTS_FILE = "pattern.points_file"
 """CSV file of points x, y, z: one loop from a sinker's centre to the next one's, which is its last row."""
 ROUNDED = 1e-6  # wale spacings by which points of a file may miss their symmetry without a word
@@ -44,8 +44,11 @@ KNITOUT = "pattern.knitout"
 KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
 """The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
 
-OF = "yarn.of"
+FRICTION, OF = "contact.friction", "yarn.of"
 """A yarn by its name in ``resources/yarns``, or by the path of a user's file."""
+
+SECTIONS = "yarn", "yarn_b"
+"""Sections of yarns, which all may say `of`, `tex` and `density`."""
 
 FOLDER, FIBRES = RESOURCES / "yarns", RESOURCES / "fibres.yaml"
 
@@ -57,7 +60,7 @@ KEYS = {
     "twisting": ("yarn.twisting", "N m2"),
     "pressing": ("yarn.pressing", "N"),
     "pressing_exponent": ("yarn.pressing_exponent", "1"),
-    "friction": ("contact.friction", "1"),
+    "friction": (FRICTION, "1"),
 }
 """The key of a scene, and its unit, of every value of a yarn."""
 
@@ -68,7 +71,8 @@ OF_FIBRE = {"density": "kg/m3", "modulus": "N/tex", "pressure": "Pa", "pressing_
 STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
 """Keys that replace the stiffness of a solid circle."""
 
-OTHER_WAYS = (*PER_METRE, TEX, DENSITY, POINTS_FILE, KNITOUT, *KNITOUT_PART, OF)
+OF_YARNS = tuple(f"{section}.{name}" for section in SECTIONS for name in ("tex", "density", "of"))
+OTHER_WAYS = (*PER_METRE, *OF_YARNS, POINTS_FILE, KNITOUT, *KNITOUT_PART)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -85,13 +89,15 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         if name in keys_of_base:
             _only(keys_of_base, name, base, where)
             keys_of_base[base] = 1 / _positive(name, keys_of_base.pop(name), where)
-    if TEX in keys_of_base or DENSITY in keys_of_base:
-        for name in (TEX, DENSITY):
-            _only(keys_of_base, name, DIAMETER, where)
+    for section in SECTIONS:
+        count = [f"{section}.{name}" for name in ("tex", "density")]
+        for name in count if any(name in keys_of_base for name in count) else ():
+            _only(keys_of_base, name, f"{section}.diameter", where)
             if name not in keys_of_base:
-                raise ConfigurationError(f"{where}: {name} is missing; {TEX} and {DENSITY} belong together")
-        tex, density = (_positive(name, keys_of_base.pop(name), where) for name in (TEX, DENSITY))
-        keys_of_base[DIAMETER] = diameter_of(tex, density)
+                raise ConfigurationError(f"{where}: {name} is missing; {' and '.join(count)} belong together")
+        if count[0] in keys_of_base:
+            tex, density = (_positive(name, keys_of_base.pop(name), where) for name in count)
+            keys_of_base[f"{section}.diameter"] = diameter_of(tex, density)
     if POINTS_FILE in keys_of_base:
         for base in (POINTS, WALE):
             _only(keys_of_base, POINTS_FILE, base, where)
@@ -115,27 +121,43 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     return keys_of_base
 
 
-def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return keys by dotted name without the name of a yarn, and the keys that the yarn sets, with its tex if known.
+def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return keys by dotted name without names of yarns, and the keys that yarns set, with their tex or None.
 
     A loop length that the yarn has in a fabric of the same stitches is among the former: the loop is drawn then.
     """
-    remaining, tex = dict(keys), {TEX: keys[TEX]} if TEX in keys else {}
-    if OF not in remaining:
+    remaining, values = _without(SECTIONS[0], keys, where)
+    remaining, second = _without(SECTIONS[1], remaining, where)
+    return remaining, values | second
+
+
+def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    of, tex_key, first = f"{section}.of", f"{section}.tex", section == SECTIONS[0]
+    remaining, tex = dict(keys), {tex_key: keys[tex_key]} if tex_key in keys else {}
+    if of not in remaining:
         return remaining, tex
-    yarn, stitches = read_yarn(remaining.pop(OF), where), tuple(remaining.get(STITCHES) or ())
+    yarn, stitches = read_yarn(remaining.pop(of), where), tuple(remaining.get(STITCHES) or ())
     lengths = [
         loop_length.value
         for loop_length in yarn.loop_lengths
         if loop_length.stitches == stitches and loop_length.value
     ]
-    if lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
+    if first and lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
         remaining[LENGTH] = lengths[-1]
     known = [(part, entry.value) for part, entry in yarn.values.items() if entry.value is not None]
-    values = {KEYS[part][0]: value for part, value in known if part in KEYS}
+    values: dict[str, Any] = {KEYS[part][0]: value for part, value in known if part in KEYS}
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
-    return remaining, values | tex
+    if not first:  # friction is of both
+        values = {
+            key.replace("yarn.", f"{section}."): value for key, value in values.items() if key != FRICTION
+        }
+        own = [key.replace("yarn.", f"{section}.") for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        if lacking := [key for key in own if key not in values | remaining]:
+            raise ConfigurationError(
+                f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
+            )
+    return remaining, {tex_key: None} | values | tex
 
 
 def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:

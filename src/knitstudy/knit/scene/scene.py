@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import OF, TEX, in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import OF, SECTIONS, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -44,6 +44,7 @@ from knitstudy.knit.scene.kinds import (
 )
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
+from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import MATERIALS
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
@@ -54,6 +55,8 @@ USUAL = {
     "yarn.diameter": (1e-6, 0.02, "m", "mm"),
 }
 """Least and largest values of yarns, their unit, and the unit in which a value outside of these may be meant."""
+SECOND = SECTIONS[1]
+ROWS = f"{SECOND}.rows"
 LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
 NOTHING: Mapping[str, Any] = MappingProxyType({})
@@ -103,7 +106,7 @@ class Scene(Part, metaclass=SceneType):
         keys, yarn = without_yarn(flat(document), where)
         own = nested(keys := in_base_keys(keys, where), where)
         if yarn:
-            defaults = nested(flat(defaults) | {TEX: None} | yarn, where)
+            defaults = nested(flat(defaults) | yarn, where)
         own = {name: defaults[name] for name in Labels.model_fields if name in defaults} | own
         labels = labels_of(own, where)
         empty = [name for name, inside in document.items() if inside == {}]
@@ -135,7 +138,8 @@ class Scene(Part, metaclass=SceneType):
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
-        defaults = nested(flat(self._defaults) | {TEX: yarn.get(TEX)}, where) if yarn else self._defaults
+        tex = {key: value for key, value in yarn.items() if key.endswith(".tex")}
+        defaults = nested(flat(self._defaults) | tex, where) if yarn else self._defaults
         return _made(Kind.of(labels_now, where), labels_now, changed, defaults, where, self.sections)
 
     def labelled(self, labels: Mapping[str, str]) -> Scene:
@@ -270,9 +274,18 @@ class Scene(Part, metaclass=SceneType):
         return math.inf if friction is None else friction(self.sections["contact"])
 
     @property
-    def tex(self) -> float:
-        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does."""
-        return self._defaults.get("yarn", {}).get("tex") or math.nan
+    def tex(self) -> Floats | float:
+        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does; see `radius`."""
+        return self.tex_of("yarn")
+
+    def tex_of(self, section: str) -> float:
+        """Return the linear density [g/km] of the yarn of a section; nan where it is not known."""
+        return self._defaults.get(section, {}).get("tex") or math.nan
+
+    @property
+    def radius(self) -> Floats | float:
+        """Radius of its yarn [m]; one for every row where there are several yarns."""
+        return self.yarn.radius
 
     @property
     def is_knit(self) -> bool:
@@ -376,6 +389,12 @@ def _require_kind(
     kind: Kind, keys: Iterable[str], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
 ) -> None:
     """Refuse keys that a kind does not have, and a yarn or values from before that it would leave out."""
+    given = {**before, ROWS: None, **dict.fromkeys((*keys, *yarn), "")}
+    second = [key for key, value in given.items() if key.startswith(f"{SECOND}.") and value is not None]
+    if second and not kind.has(ROWS):
+        of = f"specimen is {kind.specimen.name} and fidelity {kind.fidelity.name}"
+        can = "cells of beams that slide have two yarns: specimen cell, fidelity beam, interaction friction"
+        raise ConfigurationError(f"{where}: {second[0]} is given where {of}: {can}")
     _require_all_of_yarn(kind, yarn, where)
     _require_same_problem(kind, before, where)
     for key in keys:
@@ -395,7 +414,7 @@ def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> 
 
 def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
     """Refuse a yarn with values that models of a scene's kind would silently leave out."""
-    if lost := [key for key in given if key.startswith("yarn.") and key != TEX and not kind.has(key)]:
+    if lost := [key for key in given if key.startswith("yarn.") and key != "yarn.tex" and not kind.has(key)]:
         remedy = "take fidelity beam, or say yarn.diameter and yarn.youngs_modulus"
         of = f"which scenes of fidelity {kind.fidelity.name} do not have"
         raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")

@@ -224,6 +224,9 @@ def _stiffness(unit: str, what: str, null: str = "a solid circle of yarn.youngs_
     )
 
 
+OF_FIRST = "that of yarn"
+
+
 class BeamYarn(Yarn):
     """Circular yarn of one isotropic material, or with stiffnesses of its own.
 
@@ -261,6 +264,41 @@ class SetYarn(BeamYarn):
         le=1,
     )
     """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Checked: 0 and 1."""
+
+
+class SecondYarn(Section, group="yarn_b"):
+    """A second yarn: rows take `yarn` (a) and this one (b) by turns, as `rows` lists them from the bottom on.
+
+    What is null is as of `yarn`, which is at least as thick; all null: there is no second yarn. `contact.friction` is
+    that of both.
+    """
+
+    rows: Annotated[tuple[Literal["a", "b"], ...], Field(min_length=1)] = physics(
+        "choice", allowed="a list of a and b, the bottom row first, such as [a, a, b]", default=("a", "b")
+    )
+    """Alternate courses. Checked: [a, b] and [b, a]."""
+    diameter: Length | None = _stiffness("m", "thickness", OF_FIRST)
+    """Plied, covered and single yarns differ. Checked: down to half of that of yarn."""
+    youngs_modulus: Modulus | None = _stiffness("Pa", "Young's modulus", OF_FIRST)
+    """Of another polymer. Checked: a tenth to ten times that of yarn."""
+    stretching: Stiffness | None = _stiffness("N", "force over strain", OF_FIRST)
+    """Elastane stretches where cotton does not. Checked: straight rows, nylon beside cotton."""
+    bending: Stiffness | None = _stiffness("N m2", "moment over curvature", OF_FIRST)
+    """Of fewer or thinner fibres. Checked: nylon beside cotton."""
+    twisting: Stiffness | None = _stiffness("N m2", "moment over twist", OF_FIRST)
+    """Of fewer or thinner fibres. Checked: nylon beside cotton."""
+    pressing: Stiffness | None = _stiffness(
+        "N", "force of two such yarns at an approach of a diameter", OF_FIRST
+    )
+    """Unlike layers give way in series. Checked: against closed forms."""
+    pressing_exponent: float | None = physics(
+        "choice", allowed=f"a number from 1.5 to 10; or null: {OF_FIRST}", default=None, ge=1.5, le=10
+    )
+    """The law of two yarns is a fitted power, within 5 %. Checked: 2.5 beside 2.9."""
+    set: float | None = physics(
+        "choice", allowed=f"a number from 0 to 1; or null: {OF_FIRST}", default=None, ge=0, le=1
+    )
+    """One yarn may be heat-set and the other not. Checked: none."""
 
 
 # Load

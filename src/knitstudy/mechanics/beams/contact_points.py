@@ -148,7 +148,7 @@ class Axes:
         yarn: Ints,
         arc_length: Floats,
         weight: Floats,
-        length: float,  # from a point to both others, nearly [m]
+        length: Floats | float,  # from a point to both others, nearly; of every point (n,) or of all [m]
         period: Floats | None,
     ) -> Axes:
         """Return the derivatives at points; arguments as for `ContactPoints`."""

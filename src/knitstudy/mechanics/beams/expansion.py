@@ -81,7 +81,7 @@ class Expansion:
 
     __radd__ = __add__
 
-    def __mul__(self, other: Expansion | float) -> Expansion:
+    def __mul__(self, other: Expansion | Floats | float) -> Expansion:
         if not isinstance(other, Expansion):
             return self.times(np.full(len(self.value), other))
         f, g, bend = self.value[:, None], other.value[:, None], None

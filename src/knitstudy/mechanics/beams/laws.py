@@ -6,7 +6,12 @@ curvatures k_a and k_b, touch with surfaces that part by x . M x / 2R over their
     M = 2 I - alpha a a^T - beta b b^T,   alpha = 1 / (1 - k_a R),   beta = 1 / (1 - k_b R):
 
 the inner side of a bend has the curvature k / (1 - k R) along the yarn. Straight yarns that cross at a right angle have
-M = I and carry F(delta) at an approach delta. Everything else follows from the trace and the determinant of M.
+M = I and carry F(delta) at an approach delta. Everything else follows from the trace and the determinant of M. Yarns of
+the radii q_a R and q_b R, q_a + q_b = 2, have
+
+    M = 2 I - q_b alpha a a^T - q_a beta b b^T,   alpha = 1 / (1 - q_a k_a R),   beta = 1 / (1 - q_b k_b R),
+
+over the radius q_a q_b R of equal yarns with the same mean of both curvatures, of which F(delta) is.
 
 Half spaces (Hertz; Johnson 1985, section 4.2). The patch has the semi-axes a > b and the eccentricity e; l = B / A is
 the ratio of the principal values of M. With the complete elliptic integrals K(e), E(e) and D = (K - E) / e^2,
@@ -25,19 +30,23 @@ An integral of a potential over both axes (`line_contact`) carries F(delta) sqrt
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.errors import ConfigurationError
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.expansion import Expansion
 from knitstudy.registry import Registry
 
 # Reading a scene needs the names of laws alone: functions import SciPy, which takes a second, when they are called.
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
+
+    from knitstudy.mechanics.beams.pair_search import PointPairs
 
 # Hertz's patch is small against R. The patch of yarns that conform or lie along each other is not: curvatures that
 # become flat or sharp there have smooth lower bounds. Up to kR = 0.45 around each other, or down to 15 degrees, the
@@ -104,18 +113,21 @@ class Patch:
         return self.poisson_ratio is not None
 
     def density(
-        self, k_a: Expansion, k_b: Expansion, cos: Expansion, near: Expansion
+        self, k_a: Expansion, k_b: Expansion, cos: Expansion, near: Expansion, *ratios: Floats
     ) -> tuple[Expansion, Expansion]:
         """Return the factor of the integrand of a potential over both axes, and the force over F(delta) that it makes.
 
-        Arguments are k_a R, k_b R, the cosine of the angle and the distance over the diameter. From closest points of
-        axes that are nearer than a diameter their distance grows faster than the gap of the undeformed surfaces, which
-        Hertz's law is about; layers are pressed by the overlap itself.
+        Arguments are k_a R, k_b R, the cosine of the angle and the distance over the diameter; q_a and q_b (k,) of
+        yarns of different radii. From closest points of axes that are nearer than a diameter their distance grows
+        faster than the gap of the undeformed surfaces, which Hertz's law is about; layers are pressed by the overlap
+        itself.
         """
-        both, trace, det = _surfaces(k_a, k_b, cos)
+        both, trace, det = _surfaces(k_a, k_b, cos, *ratios)
         force = self._force(trace, det)
         if self.spreads:
             both, _, det = _surfaces(k_a * near, k_b * near, cos)
+        elif ratios:  # the distance of axes knows no radii
+            both, _, det = _surfaces(k_a, k_b, cos)
         return force * det.power(0.5) * both.power(-0.5), force
 
     def _force(self, trace: Expansion, det: Expansion) -> Expansion:
@@ -126,16 +138,18 @@ class Patch:
         g = np.exp(value)
         return y.through(g, g * first, g * (second + first**2)) * det.power(-0.25)
 
-    def shear(self, tangents: Floats, bends: Floats, normal: Floats) -> Floats:
+    def shear(self, tangents: Floats, bends: Floats, normal: Floats, *ratios: Floats) -> Floats:
         """Return the shear stiffness over dF/d(delta) (k, 3, 3) in the tangent plane.
 
-        `tangents` (k, 2, 3) are of both axes, `bends` (k, 3) as for `force`, `normal` (k, 3) is a unit vector.
+        `tangents` (k, 2, 3) are of both axes, `bends` (k, 3) and `ratios` as for `density`, `normal` (k, 3) is a unit
+        vector.
         """
         flat = np.eye(3) - normal[:, :, None] * normal[:, None, :]
         nu = self.poisson_ratio
         if nu is None:
             return flat
-        _, trace, det = _surfaces(*Expansion.variables(bends, second=False))
+        k_a, k_b, cos = Expansion.variables(bends, second=False)
+        _, trace, det = _surfaces(k_a, k_b, cos, *ratios)
         half = 0.5 * trace.value
         root = np.sqrt(np.maximum(half**2 - det.value, 0.0))
         ratio = np.maximum((half + root) / np.maximum(half - root, 1e-3 * LEAST_DET), 1.0)
@@ -144,7 +158,8 @@ class Patch:
         across = (1 - nu) * K / ((1 - nu) * K + nu * (K - D))
         # The patch is long where M is small: M = 2 I - alpha a a^T - beta b b^T.
         axes = np.einsum("kij,kaj->kai", flat, tangents)
-        weight = 1 / np.maximum(1 - bends[:, :2], 0.5)
+        q = np.stack(ratios, axis=1) if ratios else np.ones((1, 2))
+        weight = q[:, ::-1] / np.maximum(1 - q * bends[:, :2], 0.5)
         M = 2 * flat - np.einsum("ka,kai,kaj->kij", weight, axes, axes)
         # Deviator of M over its size is e2 e2^T - e1 e1^T of both principal directions.
         deviator = M - 0.5 * np.trace(M, axis1=1, axis2=2)[:, None, None] * flat
@@ -157,15 +172,24 @@ class Patch:
         return stiffness
 
 
-def _surfaces(k_a: Expansion, k_b: Expansion, cos: Expansion) -> tuple[Expansion, Expansion, Expansion]:
+def _surfaces(
+    k_a: Expansion, k_b: Expansion, cos: Expansion, *ratios: Floats
+) -> tuple[Expansion, Expansion, Expansion]:
     """Return alpha beta, the trace and the determinant of M."""
-    alpha, beta = ((1.0 + (-1.0) * k).at_least(LEAST_INNER).power(-1.0) for k in (k_a, k_b))
-    one, other = ((2.0 + (-1.0) * angle).at_least(LEAST_OPEN) for angle in (alpha, beta))
+    q_a, q_b = ratios or (1.0, 1.0)
+    alpha, beta = ((1.0 + k * -q).at_least(LEAST_INNER).power(-1.0) for k, q in ((k_a, q_a), (k_b, q_b)))
+    one, other = ((2.0 + angle * -q).at_least(LEAST_OPEN) for angle, q in ((alpha, q_b), (beta, q_a)))
     crossed = (2.0 + (-1.0) * one) * (2.0 + (-1.0) * other) * (cos * cos)
-    return alpha * beta, one + other, (one * other + (-1.0) * crossed).at_least(LEAST_DET)
+    det = one * other + (-1.0) * crossed
+    if ratios:  # the bound is over what yarns at a right angle have
+        return alpha * beta, one + other, (det * (1 / (q_a * q_b))).at_least(LEAST_DET) * (q_a * q_b)
+    return alpha * beta, one + other, det.at_least(LEAST_DET)
 
 
 LAYERS = Patch()
+
+FITTED = 0.05, 0.5  # approaches over the diameter between which the law of two unlike yarns is fitted
+ASKEW = 0.05
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,12 +199,41 @@ class Power:
     It is coefficient approach^exponent [N], or becomes so as the approach vanishes.
     """
 
-    coefficient: float
+    coefficient: float  # of `Mixed` yarns, this and other fields hold one value a pair (k,)
     # Above 1: under a linear law, pieces would touch with their full stiffness, and later pieces would not rub.
     exponent: float = 1.5
     share: float = 1.0  # stiffness against elastic slip over that against approach
     patch: Patch = LAYERS  # effect of the shape of the contact
     penalty: bool = False  # whether the stiffness is a numerical penalty
+
+    PAIRED: ClassVar[tuple[str, ...]] = ("coefficient", "exponent")
+    """Fields that may hold one value a pair."""
+
+    def against(self, other: Power, radii: tuple[float, float]) -> Power:
+        """Return the law of two yarns with this law and another one, of two radii [m]; of crossings, over det(M)^-1/2.
+
+        Layers in series: at a pressure p one gives way by w = (2 pi R p / (c n))^(1 / (n - 1)) / 2, and the force is
+        2 pi R sum p w / n, with the radius of M for R. It is a power of the approach where both are, and nearly one
+        otherwise.
+        Raises ConfigurationError if a power misses it by more than `ASKEW` between the approaches `FITTED`.
+        """
+        if other is self and radii[0] == radii[1]:
+            return self
+        c, n = np.array([(law.coefficient, law.exponent) for law in (self, other)]).T
+        R, depth = np.array(radii), np.array(FITTED)[:, None] * sum(radii)
+        hard = c * n / (2 * np.pi * R)
+        ends = hard * depth ** (n - 1)
+        p = np.geomspace(ends.min(), ends.max(), 400)[:, None]
+        w = 0.5 * (p / hard) ** (1 / (n - 1))
+        delta, force = w.sum(axis=1), 4 * np.pi * R.prod() / R.sum() * (p * w / n).sum(axis=1)
+        x, y = np.log([delta, force])[:, (delta >= depth[0]) & (delta <= depth[1])]
+        exponent, log = np.polyfit(x, y, 1)
+        if (off := np.abs(np.expm1(exponent * x + log - y)).max()) > ASKEW:
+            raise ConfigurationError(
+                f"yarn_b.pressing_exponent is {n[1]:g} and that of yarn {n[0]:g}: the force of both on each other "
+                f"would be {off:.0%} wrong, {ASKEW:.0%} are allowed; take exponents that differ less"
+            )
+        return replace(self, coefficient=float(np.exp(log)), exponent=float(exponent))
 
     def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the force (k,) [N] at approaches (k,) [m] and its two derivatives; zero where open.
@@ -253,6 +306,8 @@ class CrossedCylinders(Law):
     radius: float  # R [m]
     table: CubicSpline  # F over Hertz's, by sqrt(delta / R)
 
+    PAIRED: ClassVar[tuple[str, ...]] = ("coefficient", "radius")
+
     @classmethod
     def of(cls, yarn: Any, beam: Any) -> Self:
         """Return the law of a scene with the sections `yarn` and `beam`."""
@@ -270,6 +325,12 @@ class CrossedCylinders(Law):
             radius=radius,
             table=_finite_thickness(nu),
         )
+
+    def against(self, other: Power, radii: tuple[float, float]) -> Power:
+        """Return the law of two cylinders of one Poisson's ratio: their compliances count half."""
+        between = 2 * radii[0] * radii[1] / sum(radii)
+        soft = [R**0.5 / law.coefficient for law, R in zip((self, other), radii, strict=True)]
+        return replace(self, coefficient=2 * between**0.5 / sum(soft), radius=between)
 
     def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the force (k,) [N] at approaches (k,) [m] and its two derivatives; zero where open.
@@ -310,6 +371,16 @@ class Repulsion:
     law: Power
     diameter: float  # distance at which it begins, D [m]
     onset: float  # e [m]
+    ratios: tuple[Floats, ...] = ()  # of pairs of different radii: both (k,) over their mean
+
+    @property
+    def own_diameter(self) -> Floats | float:
+        """Diameter of the yarn of every point [m], or of all."""
+        return self.diameter
+
+    def between(self, pairs: PointPairs) -> Repulsion:
+        """Return the repulsion of pairs, with one value a pair where yarns differ."""
+        return self
 
     @property
     def patch(self) -> Patch:
@@ -319,7 +390,7 @@ class Repulsion:
     def shear(self, tangents: Floats, bends: Floats, normal: Floats) -> Floats:
         """Return the stiffness (k, 3, 3) against elastic slip over that against approach; see `Patch.shear`."""
         share = 1.0 if self.patch.spreads else self.law.share
-        return share * self.patch.shear(tangents, bends, normal)
+        return share * self.patch.shear(tangents, bends, normal, *self.ratios)
 
     def _depth(self, distance: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the approach (k,) at distances (k,) [m], which begins softly, and its two derivatives."""
@@ -366,3 +437,37 @@ class Repulsion:
         x = f * f * r.through(*self._depth(r.value))
         F = x.through(*self.law.force(x.value))
         return (1 / (2 * np.pi)) * (F * f.power(-3.0) * r.power(-1.0))
+
+
+@dataclass(frozen=True, eq=False)
+class Mixed(Repulsion):
+    """Repulsion of the points of several yarns; law, diameter and onset are of the first yarn, the thickest one."""
+
+    kind: Ints = field(kw_only=True)  # (n,), which yarn a point is of
+    laws: dict[str, Floats] = field(kw_only=True)  # values (m, m) of fields of the law, by both yarns
+    thickness: Floats = field(kw_only=True)  # (m,), of the yarns, over the first one's
+
+    @classmethod
+    def of_yarns(cls, laws: Sequence[Power], diameters: Sequence[float], onset: float, kind: Ints) -> Mixed:
+        """Return the repulsion of yarns with laws of their own; raises ConfigurationError as `Power.against`."""
+        R, every = 0.5 * np.array(diameters), range(len(laws))
+        rows = [[laws[a].against(laws[b], (R[a], R[b])) for b in every] for a in every]
+        values = {
+            key: np.array([[getattr(law, key) for law in row] for row in rows]) for key in laws[0].PAIRED
+        }
+        return cls(laws[0], diameters[0], onset, kind=kind, laws=values, thickness=R / R[0])
+
+    @property
+    def own_diameter(self) -> Floats:
+        """Diameter of the yarn of every point (n,) [m]."""
+        return self.diameter * self.thickness[self.kind]
+
+    def between(self, pairs: PointPairs) -> Repulsion:
+        """Return the repulsion of pairs, with one value a pair."""
+        a, b = self.kind[pairs.i], self.kind[pairs.j]
+        one, other = self.thickness[a], self.thickness[b]
+        mean = 0.5 * (one + other)
+        of_pairs: dict[str, Any] = {name: values[a, b] for name, values in self.laws.items()}
+        ratios = () if np.ptp(self.thickness) == 0 else (one / mean, other / mean)
+        law, D, e = replace(self.law, **of_pairs), self.diameter * mean, self.onset / mean
+        return Repulsion(law, D, e, ratios)  # type: ignore[arg-type]

@@ -116,10 +116,10 @@ class LineContact:
     ) -> None:
         self.yarn, self.arc_length, self.weight = yarn, arc_length, weight
         self.repulsion, self.mu = repulsion, min(friction, ROUGH)
-        self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.diameter, period)
+        self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.own_diameter, period)
         self.images = 0 if period is None else 2  # lattice vectors by which points have images
-        beside = 0.5 * np.pi * repulsion.diameter if beside is None else beside
-        self.search = PairSearch(yarn, arc_length, beside, period, joined)
+        around = 0.5 * np.pi * repulsion.own_diameter if beside is None else beside
+        self.search = PairSearch(yarn, arc_length, around, period, joined)
 
     def of_diameter(self, diameter: float) -> LineContact:
         """Return the contact of yarns of another diameter [m]."""
@@ -129,8 +129,10 @@ class LineContact:
 
     def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
         """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
-        reach = (NEAR if near else 1.0) * self.repulsion.diameter
-        return self.search.within(reach, (1 + MARGIN) * NEAR * self.repulsion.diameter, position, vectors)
+        share, D = NEAR if near else 1.0, self.repulsion.diameter
+        found = self.search.within(share * D, (1 + MARGIN) * NEAR * D, position, vectors)
+        own = self.repulsion.between(found)
+        return found if own is self.repulsion else found[found.distance < share * own.diameter]
 
     def pair_geometry(
         self, pairs: PointPairs, position: np.ndarray, vectors: np.ndarray, second: bool = False
@@ -147,8 +149,11 @@ class LineContact:
         squared, of_a, of_b, square_a, square_b, both = range(len(ONE))
         k_a, k_b = (Expansion.over_roots(values, product, [squared], second) for product in (of_a, of_b))
         cos = Expansion.over_roots(values, both, [square_a, square_b], second)
-        R, r = 0.5 * self.repulsion.diameter, Expansion.variables(values, second)[squared].power(0.5)
-        return z, [R * k_a, -R * k_b, cos, r]
+        R, r = (
+            0.5 * self.repulsion.between(pairs).diameter,
+            Expansion.variables(values, second)[squared].power(0.5),
+        )
+        return z, [k_a * R, k_b * -R, cos, r]
 
     def energy_factors(
         self, pairs: PointPairs, geometry: list[Expansion]
@@ -156,7 +161,8 @@ class LineContact:
         """Return r [m], c times both lengths [m2], and the factor by the shape, as functions of `geometry`."""
         values = np.stack([each.value for each in geometry], axis=1)
         k_a, k_b, cos, r = Expansion.variables(values, second=geometry[0].bend is not None)
-        density, shape = self.repulsion.patch.density(k_a, k_b, cos, (1 / self.repulsion.diameter) * r)
+        own = self.repulsion.between(pairs)
+        density, shape = own.patch.density(k_a, k_b, cos, r * (1 / own.diameter), *own.ratios)
         return r, density.times(self.weight[pairs.i] * self.weight[pairs.j]), shape
 
     def energy(
@@ -165,7 +171,7 @@ class LineContact:
         """Return z (k, 5, 3) of pairs, and their energies (k,) [J] as functions of its products."""
         z, geometry = self.pair_geometry(pairs, position, vectors, second)
         r, density, shape = self.energy_factors(pairs, geometry)
-        return z, (density * self.repulsion.potential(r, shape)).of(geometry)
+        return z, (density * self.repulsion.between(pairs).potential(r, shape)).of(geometry)
 
     def active_pairs(
         self, state: BeamState, vectors: np.ndarray, history: LineHistory, slip: bool = False
@@ -273,7 +279,7 @@ class LineContact:
     def gaps(self, pairs: PointPairs, state: BeamState, vectors: np.ndarray) -> np.ndarray:
         """Return the gaps (k,) of the yarns of pairs at their closest points, by parabolas there [m]."""
         z, _ = self.pair_geometry(pairs, state.position, vectors)
-        D = self.repulsion.diameter
+        D = self.repulsion.between(pairs).diameter
         return closest_points(z, 0.5 * D)[1] - D
 
     def commit(

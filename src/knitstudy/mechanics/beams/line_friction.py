@@ -68,7 +68,7 @@ def stored_energy(traction: np.ndarray, spring: np.ndarray, shear: np.ndarray) -
     return 0.5 * np.divide(twice, spring, out=np.zeros_like(spring), where=spring > 0)
 
 
-def closest_points(z: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def closest_points(z: np.ndarray, radius: np.ndarray | float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the normal (k, 3) at the closest points of both yarns, their distance (k,), and unit tangents (k, 2, 3).
 
     Yarns are the parabolas of z (k, 5, 3); see `LineContact.pair_geometry`.
@@ -175,7 +175,7 @@ class PairFriction(Chosen):
         pair: np.ndarray,  # int (m,), their places among all
         history: LineHistory,  # of these
     ) -> PairFriction:
-        rotation, r = state.rotation[pairs.both], pairs.distance
+        law, rotation, r = law.between(pairs), state.rotation[pairs.both], pairs.distance
         arm = np.einsum("kaij,kaj->kai", rotation, history.arm)
         past_traction = np.einsum("kaij,kaj->kai", rotation, history.traction)
         normals = np.einsum("kaij,kaj->kai", rotation, history.normal)
@@ -229,7 +229,7 @@ def unslipped_history(
     shape: np.ndarray,  # (k,), factor of F by the shape
 ) -> LineHistory:
     """Return the history of pairs that have not slipped, of points in one configuration."""
-    r = pairs.distance
+    law, r = law.between(pairs), pairs.distance
     normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
     # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
     share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r

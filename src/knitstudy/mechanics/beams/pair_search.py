@@ -51,7 +51,8 @@ class PairSearch:
         self,
         yarn: Ints,  # (n,), of every point; points of a yarn follow each other
         arc_length: Floats,  # (n,) [m]
-        beside: float,  # lengths along a yarn within which it does not touch itself [m]
+        beside: Floats
+        | float,  # lengths along a yarn within which it does not touch itself, (n,) or of all [m]
         period: Floats | None,  # (Y,), lengths of one period of the yarns; None where nothing repeats [m]
         # (n,), number of the tie that joins a point to others, or -1; None where nothing does
         joined: Ints | None,
@@ -106,7 +107,9 @@ class PairSearch:
         apart = self.arc_length[j] - self.arc_length[i]
         if self.period is not None:
             apart = apart + a * self.period[self.yarn[j]]
-        chosen = (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > self.beside)
+        chosen = (
+            (self.yarn[i] != self.yarn[j]) | (b != 0) | (np.abs(apart) > np.broadcast_to(self.beside, n)[i])
+        )
         if self.joined is not None:
             chosen &= (self.joined[i] < 0) | (self.joined[i] != self.joined[j])
         key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b

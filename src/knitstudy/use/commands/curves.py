@@ -12,6 +12,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, safe_name, write_table
+from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.specimens import Looped
@@ -25,7 +26,12 @@ if TYPE_CHECKING:
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
 # With these given, forces are not proportional to the modulus
-STIFFNESSES = ("rom.stiffness", "yarn.stretching", "yarn.bending", "yarn.twisting", "yarn.pressing")
+OF_YARN = ("stretching", "bending", "twisting", "pressing")
+STIFFNESSES = (
+    "rom.stiffness",
+    *(f"{yarn}.{name}" for yarn in SECTIONS for name in OF_YARN),
+    "yarn_b.youngs_modulus",
+)
 
 
 def _curve_options(command: Callable[..., None]) -> Callable[..., None]:

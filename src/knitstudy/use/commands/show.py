@@ -157,7 +157,7 @@ def _construction(dataset: xr.Dataset, file: Path) -> list[Quantity]:
         return drawn(dataset)
     scene = console.recorded(str(file), {})[0]
     pattern = scene.value("pattern")
-    numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.yarn.radius)
+    numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.radius)
     if scene.value("load.start") != "drawn":
         numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {file}"))
     return numbers
@@ -179,7 +179,7 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     click.echo("laying out the undeformed knit ...", err=True)
     scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
     at_full_load = partial(solids, scene, geometry, mesh, history)
-    knit = deformed.deformed(geometry, history, scene.yarn.radius, colour, at_full_load)
+    knit = deformed.deformed(geometry, history, scene.radius, colour, at_full_load)
     for path in pictures:
         click.echo(f"drawing {path} ...", err=True)
         if path.suffix == ".webp":

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, ClassVar, Literal, Self
 
+import numpy as np
 from pydantic import model_validator
 
-from knitstudy.knit.scene.alternatives import STIFFNESSES
+from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SetYarn
+from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
+from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
+
+OF_SECOND = tuple(key.replace("yarn.", "yarn_b.") for key in STIFFNESSES)
+THINNEST = 0.5  # of the diameters of two yarns, thinner over thicker: contact was checked down to there
 
 
 class TouchingBeamGates(BeamGates):
@@ -64,7 +70,7 @@ class _Beams(Scene):
 
     @model_validator(mode="after")
     def _has_straight_sections_of_its_own(self) -> Self:
-        own = [key for key in STIFFNESSES if self.value(key) is not None]
+        own = [key for key in (*STIFFNESSES, *OF_SECOND) if self.value(key) is not None]
         if own and self.mesh.section_law == "curved":
             of = f"where {own[0]} is given: it is the law of the solid circle that this replaces"
             raise ValueError(f"mesh.section_law is 'curved' but must be straight {of}")
@@ -98,9 +104,63 @@ class CellOfBeams(_Beams, Cell):
     }
 
     yarn: SetYarn = section()
+    yarn_b: SecondYarn = section()
     load: CellStrain = section()
     beam: BeamSection = section()
     contact: FrictionAlone = section()
+
+    @property
+    def yarns(self) -> tuple[SetYarn, ...]:
+        """Its yarns: that of rows a, and that of rows b where there is one."""
+        said = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
+        own = {key: value for key, value in said.items() if value is not None and key != "rows"}
+        return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)
+
+    def _by_row(self, one: float, other: float) -> Floats | float:
+        two = len(self.yarns) > 1
+        return np.array([one, other])[self.yarn_of(np.arange(self.pattern.rows))] if two else one
+
+    @property
+    def radius(self) -> Floats | float:
+        """Radius of the yarn, or of the yarns of its rows (rows,) where there are two [m]."""
+        return self._by_row(self.yarn.radius, self.yarns[-1].radius)
+
+    @property
+    def tex(self) -> Floats | float:
+        """Linear density [g/km], as `radius`; nan where it is not known."""
+        one, other = (self.tex_of(section) for section in SECTIONS)
+        return self._by_row(one, one if math.isnan(other) and self.yarn_b.diameter is None else other)
+
+    def yarn_of(self, rows: Ints) -> Ints:
+        """Return which of its two yarns rows (k,) are of."""
+        turns = np.array([("a", "b").index(row) for row in self.yarn_b.rows])
+        return turns[rows % len(turns)]
+
+    @model_validator(mode="after")
+    def _can_have_its_second_yarn(self) -> Self:
+        count, turns, second = self.pattern.rows, self.yarn_b.rows, self.yarns[-1]
+        if second is self.yarn:
+            if turns != ("a", "b"):
+                raise ValueError(
+                    f"yarn_b.rows is {list(turns)} but there is no yarn b: say yarn_b.of, or its values"
+                )
+            return self
+        if count % (repeat := len(turns)):
+            raise ValueError(
+                f"pattern.rows is {count} but must be a multiple of {repeat}, as of yarn_b.rows {list(turns)}"
+            )
+        most, own = self.yarn.diameter, second.diameter
+        if not (least := THINNEST * most) <= own <= most:
+            wanted = f"from {least:g} to {most:g} m, yarn.diameter: loops are drawn for the thicker yarn"
+            raise ValueError(f"yarn_b.diameter is {own:g} m but must be {wanted}")
+        if self.yarn.pressing is None and second.pressing is not None:
+            raise ValueError("yarn_b.pressing is given but yarn.pressing is not: give both, or none")
+        replaced = (second.stretching, second.bending, second.twisting, second.pressing)
+        if self.yarn_b.youngs_modulus is not None and None not in replaced:
+            raise ValueError(
+                "yarn_b.youngs_modulus is not read where all stiffnesses are given; leave it out"
+            )
+        return self
 
 
 MODELS.register(

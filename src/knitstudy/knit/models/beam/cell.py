@@ -6,7 +6,7 @@ left out. Yarns touch each other and their images anywhere (`mechanics.line_cont
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -26,7 +26,7 @@ from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
 from knitstudy.knit.yarns.network import RING, section_of
 from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.beams.beam import BeamState, LineHistory
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory, SectionLaw
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
@@ -97,6 +97,21 @@ def divided(fabric: Fabric, size: float) -> Rows:
 
 
 @dataclass(frozen=True, eq=False)
+class OfYarns:
+    """Stiffness of beams of several yarns."""
+
+    sections: Sequence[SectionLaw]
+    kind: Ints  # (E,), which of them a beam has
+
+    def stiffness(self, chord: Floats) -> Floats:
+        """Return the law C (E, 6, 6) of elements with the reference chords (E, 3) [m], see `SectionLaw`."""
+        C = np.empty((len(chord), 6, 6))
+        for number, section in enumerate(self.sections):
+            C[self.kind == number] = section.stiffness(chord[self.kind == number])
+        return C
+
+
+@dataclass(frozen=True, eq=False)
 class BeamCell:
     """A cell put together, which reports strains and forces per width."""
 
@@ -109,7 +124,7 @@ class BeamCell:
         state, lattice = self._state(increment), self.model.lattice
         contact, points, vectors = self.model.contact, self.model.at_points(state), self.model.vectors(state)
         near = contact.pairs(points.position, vectors, near=True)
-        nearest = float(near.distance.min(initial=np.inf)) - contact.repulsion.diameter
+        nearest = float((near.distance - contact.repulsion.between(near).diameter).min(initial=np.inf))
         force = increment.response.force[self.model.lattice_unknowns]
         pressed = {}
         if self.plates is not None:
@@ -154,7 +169,7 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
     require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
-    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law, scene.yarn.set)
+    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law)
     if rest is None:  # drawn yarns may touch
         held, what = np.append(HELD, model.lattice_unknowns), f"the drawn cell of scene {scene.name}"
         model = model.starting_at(_balanced(what, model, held, replace(settings, increments=1)).state)
@@ -204,8 +219,8 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     fabric = fabric_of(geometry)
     rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
     lattice, of = Lattice(fabric.periods), f"of scene {scene.name}"
-    law, share = scene.mesh.section_law, scene.yarn.set
-    model = _model(rows, lattice, contact, law, share, drawn_for=2 * fabric.radius)
+    law = scene.mesh.section_law
+    model = _model(rows, lattice, contact, law, drawn_for=2 * fabric.radius)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
     settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
@@ -219,7 +234,7 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
 
     last = found(f"the way to rest {of}", model, 0)
     if loosened:
-        free = _model(rows, lattice, replace(contact, friction=0.0), law, share)
+        free = _model(rows, lattice, replace(contact, friction=0.0), law)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
         last = found(f"the rest without friction {of}", free, 1)
     state = last.state
@@ -272,13 +287,18 @@ def _model(
     lattice: Lattice,
     contact: YarnContact,
     section_law: str,
-    share: float,  # of the curvature of the drawn loop that is free of stress
     drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
     yarn, stations = contact.yarn, rows.stations
-    natural = (share - 1.0) * rows.curvature if share != 1 else 0.0
-    section = section_of(yarn, section_law, rows.curvature, pressed=contact.pressed)
+    kind = contact.yarn_of(stations.yarn) if contact.yarn_of else np.zeros_like(stations.yarn)
+    share = np.array([getattr(each, "set", 1.0) for each in contact.yarns])[kind, None]
+    natural = (share - 1.0) * rows.curvature if np.any(share != 1) else 0.0
+    sections = [
+        section_of(each, section_law, rows.curvature[kind == k], pressed=contact.pressed)
+        for k, each in enumerate(contact.yarns)
+    ]
+    section = OfYarns(sections, kind) if len(sections) > 1 else sections[0]
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
     line = contact.along(stations.yarn, stations.arc_length, rows.period)
     thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for

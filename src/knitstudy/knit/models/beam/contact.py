@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +14,7 @@ from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.laws import LAWS, Power, Repulsion
+from knitstudy.mechanics.beams.laws import LAWS, Mixed, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
 from knitstudy.mechanics.increment import Increment
 
@@ -31,9 +32,20 @@ MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `law
 class YarnContact:
     """Contact of the yarns of a scene as beams."""
 
-    yarn: BeamYarn
-    law: Power
+    yarns: tuple[BeamYarn, ...]  # the thickest one first
+    laws: tuple[Power, ...]  # of crossings of each with itself
     friction: float  # inf: no slip
+    yarn_of: Callable[[Ints], Ints] | None = None  # which of several yarns rows (k,) are of
+
+    @property
+    def yarn(self) -> BeamYarn:
+        """The first yarn."""
+        return self.yarns[0]
+
+    @property
+    def law(self) -> Power:
+        """The law of the first yarn."""
+        return self.laws[0]
 
     def along(
         self,
@@ -45,16 +57,20 @@ class YarnContact:
     ) -> tuple[LineContact, ContactPoints]:
         """Return the contact of yarns with stations, and its points."""
         diameter = self.yarn.diameter
-        fine = (FINE if self.law.patch.spreads else FINE_IN_LAYERS) * self.yarn.radius
+        fine = (FINE if self.law.patch.spreads else FINE_IN_LAYERS) * min(yarn.radius for yarn in self.yarns)
         widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
         points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
         spacing = float(points.weight.max())
         onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
+        repulsion = Repulsion(self.law, diameter, onset)
+        if self.yarn_of is not None:
+            diameters = [yarn.diameter for yarn in self.yarns]
+            repulsion = Mixed.of_yarns(self.laws, diameters, onset, self.yarn_of(points.yarn))
         return LineContact(
             points.yarn,
             points.arc_length,
             points.weight,
-            Repulsion(self.law, diameter, onset),
+            repulsion,
             self.friction,
             period=period,
             joined=None if tied is None else joined(points, tied, reach),
@@ -85,14 +101,20 @@ def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
 
     Raises MeshError if a penalty is softer than the yarns.
     """
-    yarn, beam, exponent = scene.yarn, scene.beam, scene.yarn.pressing_exponent
-    if yarn.pressing is not None:
-        law = Power(yarn.pressing / yarn.diameter**exponent, exponent)
-    else:
-        law = LAWS.find(beam.section).of(yarn, beam)
-    if law.penalty:  # of half a radius, at an approach of R / 4
-        require_stiff_contact("beam.stiffness", beam.stiffness, yarn.poisson_ratio, patch=1.5)
-    return YarnContact(yarn, law, scene.friction)
+    beam, yarn_of, yarns = scene.beam, None, tuple[BeamYarn, ...]((scene.yarn,))
+    if isinstance(scene, CellOfBeams) and len(scene.yarns) > 1:
+        yarns, yarn_of = scene.yarns, scene.yarn_of
+
+    def law_of(yarn: BeamYarn) -> Power:
+        exponent = yarn.pressing_exponent
+        if yarn.pressing is None:
+            return LAWS.find(beam.section).of(yarn, beam)
+        return Power(yarn.pressing / yarn.diameter**exponent, exponent)
+
+    laws = tuple(law_of(yarn) for yarn in yarns)
+    if laws[0].penalty:  # of half a radius, at an approach of R / 4
+        require_stiff_contact("beam.stiffness", beam.stiffness, scene.yarn.poisson_ratio, patch=1.5)
+    return YarnContact(yarns, laws, scene.friction, yarn_of)
 
 
 def joined(points: ContactPoints, tied: Crossings, reach: float) -> Ints:
@@ -129,7 +151,7 @@ def require_verified_contact(
     _, geometry = contact.pair_geometry(pairs, points.position, vectors)
     energy = contact.energy(pairs, points.position, vectors)[1].value
     factor = contact.energy_factors(pairs, geometry)[2].value
-    depth = 2 * (1 - pairs.distance / contact.repulsion.diameter)
+    depth = 2 * (1 - pairs.distance / contact.repulsion.between(pairs).diameter)
     shape = np.stack([each.value for each in geometry[:3]], axis=1)
 
     def where(k: int) -> str:
