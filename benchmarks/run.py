@@ -195,13 +195,21 @@ def curve(options: argparse.Namespace, folder: Path) -> Rows:
 
 
 def _processor(program: str, scenes: list[Scene] = (), folder: Path = Path()) -> dict:
-    """Return the processor time of a fresh interpreter, on one thread, and of its children [s]."""
-    before = getrusage(RUSAGE_CHILDREN)
-    given = json.dumps([scene.to_dict() for scene in scenes]), str(folder)
-    environment = {**os.environ, "OMP_NUM_THREADS": "1"}
-    subprocess.run([sys.executable, "-c", program, *given], env=environment, check=True)
-    after = getrusage(RUSAGE_CHILDREN)
-    return {"processor_s": after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime}
+    """Return the processor time of a fresh interpreter, on one thread, and of its children [s]: the least of two runs.
+
+    The first run leaves the bytecode of all modules, which an installed package has: it takes 0.3 s.
+    """
+    spent = []
+    with tempfile.TemporaryDirectory() as bytecode:
+        environment = {**os.environ, "OMP_NUM_THREADS": "1", "PYTHONPYCACHEPREFIX": bytecode}
+        environment.pop("PYTHONDONTWRITEBYTECODE", None)
+        for run in ("first", "second"):
+            given = json.dumps([scene.to_dict() for scene in scenes]), str(folder / run)
+            before = getrusage(RUSAGE_CHILDREN)
+            subprocess.run([sys.executable, "-c", program, *given], env=environment, check=True)
+            after = getrusage(RUSAGE_CHILDREN)
+            spent.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return {"processor_s": min(spent)}
 
 
 PARTS = {part.__name__: part for part in (models, sizes, solvers, threads, peer, curve, large)}

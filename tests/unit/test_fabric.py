@@ -240,6 +240,68 @@ def test_millimetres_that_are_called_metres_are_questioned(tmp_path, caplog):
     assert "lengths in mm?" in caplog.text
 
 
+def texgen(
+    path, yarns, repeats=(), section='<Section Width="{0}" Height="{0}"/>', scale="mm", nodes="MasterNode"
+):
+    """Write yarns through points [m] as TexGen does, with lengths in mm."""
+    text = f'<?xml version="1.0" ?>\n<TexGenModel version="3.14.0"><Textile GeometryScale="{scale}">'
+    for points in yarns:
+        text += "<Yarn>" + section.format(2e3 * RADIUS_FILE)
+        text += "".join(f'<Repeat value="{x}, {y}, {z}"/>' for x, y, z in 1e3 * np.array(repeats))
+        text += "".join(f'<{nodes} Position="{x}, {y}, {z}"/>' for x, y, z in 1e3 * points) + "</Yarn>"
+    path.write_text(text + "</Textile></TexGenModel>")
+    return path
+
+
+@pytest.mark.parametrize("scale", [1, -1])
+def test_a_knit_of_texgen_is_a_cell(tmp_path, scale):
+    """Written by its control points, a loop comes back as the cell that it is; the order of the repeats is TexGen's."""
+    cell = endless_cell(garter(), 1, 2)
+    yarns = [line.curve.control_points for line in cell.centrelines[:-1]]
+    along = cell.centrelines[0].curve.advance
+    yarns = [np.append(points, points[:1] + along, axis=0) for points in yarns]
+    again = read_fabric(texgen(tmp_path / "a.tg3", yarns, cell.periods[::scale]))
+    assert (again.specimen, len(again.centrelines)) == ("cell", 3)
+    for one, other in zip(again.centrelines, cell.centrelines, strict=True):
+        s = np.linspace(0, other.length, 7)
+        assert one.position(s) == pytest.approx(other.position(s), abs=1e-9 * RADIUS_FILE)
+    for name in ("periods", "size", "shift", "cell", "radius"):
+        np.testing.assert_allclose(getattr(again, name), getattr(cell, name), atol=1e-12 * RADIUS_FILE)
+    np.testing.assert_allclose(np.sort(again.crossings.distance), np.sort(cell.crossings.distance), rtol=1e-9)
+    assert fabric_of(fabric_dataset(again)).specimen == "cell"
+
+
+def test_a_weave_of_texgen_is_its_yarns(tmp_path, caplog):
+    repeats = [(4 * PITCH, 0, 0), (0, 2 * PITCH, 0)]
+    fabric = read_fabric(texgen(tmp_path / "a.tg3", YARNS, repeats, nodes="SlaveNode"))
+    assert (fabric.specimen, len(fabric.crossings)) == ("curves", 4)
+    assert "repeats are left out" in caplog.text
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"yarns": []}, "holds no yarns of TexGen"),
+        ({"section": '<Section type="CSectionPolygon"/>'}, "each of one section with a width and a height"),
+        (
+            {"section": '<Section Width="1" Height="1"/><Section Width="2" Height="1"/>'},
+            "each of one section",
+        ),
+        ({"scale": "in"}, r"has no column 'x \[m\]', only 'yarn', 'x \[in\]'"),
+        ({"yarns": [YARNS[0][:3]]}, "a yarn has 3 points"),
+    ],
+)
+def test_a_file_of_texgen_without_round_yarns_is_refused(tmp_path, changes, message):
+    with refusal(message):
+        read_fabric(texgen(tmp_path / "a.tg3", **({"yarns": YARNS} | changes)))
+
+
+def test_a_file_that_is_no_xml_is_refused(tmp_path):
+    (tmp_path / "a.tg3").write_text("yarn,x,y,z\n")
+    with refusal("holds no yarns of TexGen"):
+        read_fabric(tmp_path / "a.tg3")
+
+
 PLUGIN = """
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.geometry.readers import READERS, Reader
@@ -249,7 +311,7 @@ READERS.register(Reader(".pair", "radius of two yarns", lambda path: yarn_pair(f
 
 def test_a_plugin_of_one_file_adds_a_reader(tmp_path, plugin):
     (tmp_path / "a.pair").write_text("0.5e-3")
-    with refusal(r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc"):
+    with refusal(r"unknown ending of a fabric file '\.pair'.*\.csv, \.k, \.knitout, \.nc, \.tg3"):
         read_fabric(tmp_path / "a.pair")
     plugin(readers.READERS, pairs_of_a_test=PLUGIN)
     assert read_fabric(tmp_path / "a.pair").radius == 0.5e-3

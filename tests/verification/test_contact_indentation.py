@@ -2,9 +2,19 @@
 
 import numpy as np
 import pytest
+from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 
-from knitstudy.mechanics.contact.compliance import ACROSS, ALONG, LENGTH, PHASE, far_compliance
+from knitstudy.mechanics.contact.compliance import (
+    ACROSS,
+    ALONG,
+    FAR,
+    LENGTH,
+    NORMAL,
+    PHASE,
+    computed_far_compliance,
+    far_compliance,
+)
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
@@ -135,3 +145,17 @@ def test_place_within_a_span(verify):
         force = -CrossedYarns(3, 0.9, 90, 0.4, phase=phase).force([0, 0, -PRESS])[-1, 2]
         name = f"crossing solid yarns, degree 3, at {phase:g} of a span: force"
         verify.within(name, force, converged(90, 0.4, PRESS), 0.03)
+
+
+@pytest.mark.parametrize("poisson", [0.0, 0.42, 0.5 - 1e-6])
+def test_series_of_far_compliance(verify, poisson):
+    """The series that the code holds is the compliance of the yarn of high degree that it was made from."""
+    for name, direction in {"normal": NORMAL, "across": ACROSS, "along": ALONG}.items():
+        series, true = far_compliance(poisson, direction), computed_far_compliance(poisson, direction)
+        verify.within(f"series of C_far, {name}, nu {poisson:.3g}", series, true, 1e-8)
+
+
+if __name__ == "__main__":  # makes the series
+    places = chebyshev.chebpts1(FAR.shape[1] + 2)
+    far = [[computed_far_compliance((1 + w) / (3 + w), way) for way in range(3)] for w in places]
+    print(chebyshev.chebfit(places, far, len(places) - 1)[: FAR.shape[1]].T.tolist())

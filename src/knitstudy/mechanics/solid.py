@@ -296,20 +296,23 @@ class SolidModel:
             status=touch.points.signature(),
             pulled=pulled,
         )
-        full, symmetric = touch.stiffness, touch.symmetric
-        if full is None or symmetric is None:
+        if touch.stiffness is None:
             return response
+        tangents = [matrix for matrix in (touch.stiffness, touch.symmetric) if matrix is not None]
         if self._ties is not None:
-            full, symmetric = (self._ties.T @ matrix @ self._ties for matrix in (full, symmetric))
-            full.sort_indices(), symmetric.sort_indices()
+            tangents = [self._ties.T @ matrix @ self._ties for matrix in tangents]
+            for matrix in tangents:
+                matrix.sort_indices()
+        full, *symmetric = tangents
         if self._sum is None or not self._sum.fits(response.tangent, full):
             self._sum = PatternSum(response.tangent, full)
             self._room = max(self._room, 2 * self._sum.inserted)  # patterns grow as yarns close
-        np.subtract(full.data, symmetric.data, out=symmetric.data)
+        for part in symmetric:
+            np.subtract(full.data, part.data, out=part.data)
         return replace(
             response,
             stiffness=self._sum.add(response.tangent, full),
-            unsymmetric=symmetric,
+            unsymmetric=next(iter(symmetric), None),
             touching=np.flatnonzero(np.diff(full.indptr)),
         )
 

@@ -10,12 +10,13 @@ import logging
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import read_dataset, read_table
+from knitstudy.files import read_dataset, read_table, read_text
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.loop import TIGHT, LoopTarget
@@ -57,7 +58,7 @@ def read_fabric(path: Path | str) -> Fabric:
     Examples
     --------
     >>> sorted(READERS.names())
-    ['.csv', '.k', '.knitout', '.nc']
+    ['.csv', '.k', '.knitout', '.nc', '.tg3']
     """
     path = Path(path)
     return READERS.find(path.suffix.lower(), str(path)).read(path)
@@ -84,7 +85,43 @@ def read_centrelines(path: Path) -> Fabric:
     Lengths may be in mm as well, with the unit in the names of the columns.
     Raises DataFileError for texts in numbers, yarns of several radii, and centrelines that lie in each other's yarn.
     """
-    table = read_table(path)
+    return _fabric_of_table(path, read_table(path))
+
+
+def read_texgen(path: Path) -> Fabric:
+    """Return the fabric of a file of TexGen (.tg3): curves through all points of its yarns, or else the master nodes.
+
+    Yarns that repeat themselves along x, and again along y, are a cell of an endless fabric; other repeats are left out
+    with a warning. Yarns are round, with the area of the elliptic sections.
+    Raises DataFileError as `read_centrelines`, and where a file has no yarns of one section.
+    """
+    rows: list[tuple[float, ...]] = []
+    repeats: set[tuple[float, ...]] = set()
+    try:
+        textile = ElementTree.fromstring(read_text(path))[0]
+        if not (yarns := textile.findall("Yarn")):
+            raise ValueError
+        for number, yarn in enumerate(yarns):
+            ((width, height),) = {(of.attrib["Width"], of.attrib["Height"]) for of in yarn.iter("Section")}
+            radius = 0.5 * (float(width) * float(height)) ** 0.5
+            nodes = yarn.findall("SlaveNode") or yarn.findall("MasterNode")
+            rows += [(number, *map(float, node.attrib["Position"].split(",")), radius) for node in nodes]
+            repeats |= {tuple(map(float, of.attrib["value"].split(","))) for of in yarn.iter("Repeat")}
+        unit = f"[{textile.get('GeometryScale', 'mm')}]"
+        table = pd.DataFrame(rows, columns=[name.replace("[m]", unit) for name in COLUMNS])
+    except (ElementTree.ParseError, IndexError, KeyError, ValueError):
+        fact = "holds no yarns of TexGen, each of one section with a width and a height"
+        raise DataFileError(f"{path}: {fact}; save it with standard or full output") from None
+    points, periods = table.groupby("yarn")[list(table.columns[1:4])], np.array(sorted(repeats, reverse=True))
+    along_axes = periods.shape == (2, 3) and np.allclose(periods, periods * np.eye(2, 3))
+    if along_axes and np.allclose(points.last() - points.first(), periods[0]):
+        return _fabric_of_table(path, table, periods)
+    log.warning("%s: repeats are left out, which are not along x as the yarns and along y: %s", path, repeats)
+    return _fabric_of_table(path, table)
+
+
+def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = None) -> Fabric:
+    """Return the fabric of a table, endless in two `periods` (2, 3) in the unit of the table."""
     unit, scale = ("mm", 1e-3) if "x [mm]" in table else ("m", 1.0)
     names = [name.replace("[m]", f"[{unit}]") for name in COLUMNS]
     if missing := [name for name in names if name not in table]:
@@ -110,7 +147,16 @@ def read_centrelines(path: Path) -> Fabric:
             path,
             radius[0],
         )
-    fabric = of_curves([centreline(point) for point in points], float(radius[0]))
+    if periods is None:
+        fabric = of_curves([centreline(point) for point in points], float(radius[0]))
+    else:
+        along, up = periods = scale * periods
+        rows = [Centreline(CatmullRom(point[:-1], along), 1) for point in points]
+        image = Centreline(CatmullRom(points[0][:-1] + up, along), 1, rows[0])
+        size, copy_of = along + up + [0, 0, 2 * radius[0]], np.append(np.arange(len(rows)), 0)
+        shift = np.append(np.zeros((len(rows), 3)), [up], axis=0)
+        more = {"specimen": "cell", "periods": periods, "cell": size[:2]}
+        fabric = of_curves([*rows, image], float(radius[0]), 0.0, size, copy_of, shift, **more)
     if len(apart := fabric.crossings.distance) and (least := apart.min() / radius[0]) < 2 - DEEPEST:
         raise DataFileError(
             f"{path}: yarns overlap: centrelines are {apart.min():.4g} m apart where they cross, {2 - least:.2g} radii "
@@ -143,6 +189,7 @@ def read_machine_knit(path: Path) -> Fabric:
 for _ending in (".k", ".knitout"):
     READERS.register(Reader(_ending, "instructions of a knitting machine (knitout)", read_machine_knit))
 READERS.register(Reader(".csv", "points of the centrelines of all yarns", read_centrelines))
+READERS.register(Reader(".tg3", "yarns of TexGen", read_texgen))
 READERS.register(
     Reader(".nc", "a fabric that this program wrote", lambda path: fabric_of(read_dataset(path)))
 )

@@ -182,6 +182,7 @@ def assemble(
             meets=meets,
             free=ties.free,
             points=parts.contact.points,
+            splits=scene.specimen != "cell",  # cells are solved directly
             margin=MARGIN * parts.mesh.radius,
             overlap=parts.contact.overlap,
         ),

@@ -22,7 +22,7 @@ Couplings grow with k = kappa R, all else changes with k^2; closed forms and che
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -84,7 +84,7 @@ def section_compliance(
     """
     S = np.zeros((6, 6))
     for forces in PLANES:
-        S[np.ix_(forces, forces)] = _solve(_Disc(degree, forces == PLANES[0]), bend, poisson_ratio, forces)
+        S[np.ix_(forces, forces)] = _solve(_disc_of(degree, forces == PLANES[0]), bend, poisson_ratio, forces)
     return S
 
 
@@ -105,6 +105,9 @@ class _Disc:
         every = np.einsum("cd,pqn->pcqdn", np.eye(3), parts).reshape(3, 3, len(points), -1)
         kept = [disc.modes(degree).sine == (in_plane == (c == 1)) for c in range(3)]
         self.value, self.along_x, self.along_y = every[..., np.concatenate(kept)]
+
+
+_disc_of = cache(_Disc)
 
 
 def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int, ...]) -> Floats:

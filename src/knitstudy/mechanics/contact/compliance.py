@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cache, lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.polynomial import chebyshev
 
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.assembly import stiffness_at_rest
@@ -125,7 +127,7 @@ def local_compliance(
     1.212
     """
     near, far = (
-        np.diag(cylinder_patch(radius, apart, poisson_ratio))[:3] - _beam_patch(radius, apart, poisson_ratio)
+        np.diag(cylinder_patch(radius, apart, poisson_ratio, 1)) - _beam_patch(radius, apart, poisson_ratio)
         for apart in APART
     )
     share = APART[0] / (APART[1] - APART[0])
@@ -236,28 +238,31 @@ def patch_rule(radius: float, rings: int) -> tuple[Floats, Floats, Floats]:
 
 
 @cache
-def cylinder_patch(radius: float, apart: float, poisson_ratio: float) -> Floats:
-    """Return the compliance (9, 9) of patches on a straight elastic yarn, times E R."""
+def cylinder_patch(radius: float, apart: float, poisson_ratio: float, count: int = 3) -> Floats:
+    """Return the compliance (3 count, 3 count) of the first moments of patches on a straight yarn, times E R."""
     largest = SHORTEST / radius
     angle, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
     k = np.pi * np.arange(1, int(largest * apart / np.pi) + 1, 2) / apart
+    weight, size = weight[:count], 3 * count
     length = np.exp(-1j * along[:, None] * k)  # (q, k)
     parts = np.concatenate([weight * np.cos(angle), weight * np.sin(angle), weight])  # (part and moment, q)
-    total = np.zeros((9, 9))
+    total = np.zeros((size, size))
     for m in np.array_split(np.arange(int(largest) + 1), 1 + int(largest) * len(k) // WAVES):
         around = np.exp(-1j * m[:, None] * angle)
-        waves = ((around[:, None] * parts).reshape(-1, len(angle)) @ length).reshape(len(m), 3, 3, len(k))
-        load = np.zeros((len(m), len(k), 3, 3, 3), dtype=complex)  # moment, component of the force, r theta z
+        waves = ((around[:, None] * parts).reshape(-1, len(angle)) @ length).reshape(len(m), 3, count, len(k))
+        load = np.zeros(
+            (len(m), len(k), count, 3, 3), dtype=complex
+        )  # moment, component of the force, r theta z
         cosine, sine, one = np.moveaxis(waves, 3, 1).transpose(2, 0, 1, 3)
         load[..., 0, 0], load[..., 0, 1], load[..., 1, 2] = cosine, -sine, one
         load[..., 2, 0], load[..., 2, 1] = sine, cosine
-        loads = load.reshape(len(m), -1, 9, 3)
+        loads = load.reshape(len(m), -1, size, 3)
         answer = loads @ np.swapaxes(surface_compliance(m[:, None], k, poisson_ratio), 2, 3)
         share = np.where(m == 0, 0.5, 1.0)[:, None, None, None]
-        flat = np.moveaxis(share * loads, 2, 0).reshape(9, -1)
-        total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(9, -1).T)
+        flat = np.moveaxis(share * loads, 2, 0).reshape(size, -1)
+        total += np.real(flat.conj() @ np.moveaxis(answer, 2, 0).reshape(size, -1).T)
     # Waves of -k are the conjugates of the waves of k and -m; waves of -m are their mirror images.
-    mirror = np.outer(MIRROR, MIRROR).ravel()
+    mirror = np.outer(MIRROR[:count], MIRROR).ravel()
     return (total + mirror[:, None] * total * mirror) / (np.pi * apart)
 
 
@@ -348,6 +353,7 @@ class PatchedYarn:
         held = np.concatenate([np.arange(first[1]), np.arange(*first[-2:])])
         self._free = np.setdiff1d(np.arange(nodes.size), 3 * held[:, None] + np.arange(3))
         self._factors = factorise(stiffness[self._free][:, self._free].tocsc())
+        self._last: tuple[Any, ...] = (None,)
 
     def response(
         self,
@@ -356,21 +362,29 @@ class PatchedYarn:
         direction: int = NORMAL,  # of the force
     ) -> PatchResponse:
         """Return the displacement under a unit force with Hertz's distribution on an ellipse in the yarn's middle."""
-        place, weight = _disc()
-        x, y = (place * semiaxes).T
-        along = np.cos(turn) * x - np.sin(turn) * y
-        across = np.sin(turn) * x + np.cos(turn) * y
-        section = np.stack([np.sqrt(1 - across**2), across], axis=1)
-        weights = self._space.matrix(np.zeros(len(x), dtype=int), section, 0.5 * LENGTH + along)
+        shape, (nodes, weights) = self._patch(semiaxes, turn)
+        weight = _disc()[1]
         load = np.zeros((self._space.size, 3))
-        load[:, direction] = weights.T @ weight
+        load[:, direction] = np.bincount(nodes.ravel(), (weight[:, None] * weights).ravel(), len(load))
         moved = np.zeros(load.size)
         moved[self._free] = self._factors.solve(load.ravel()[self._free])
-        displacement = weights @ moved.reshape(-1, 3)[:, direction]
-        shape = np.stack([np.ones_like(x), -(x**2), -(y**2)], axis=1)
+        displacement = (weights * moved[3 * nodes + direction]).sum(axis=1)
         weighted = weight[:, None] * shape
         middle, *fall = np.linalg.solve(shape.T @ weighted, weighted.T @ displacement).tolist()
         return PatchResponse(middle, (fall[0], fall[1]), float(weight @ displacement))
+
+    def _patch(self, semiaxes: tuple[float, float], turn: float) -> tuple[Floats, tuple[Ints, Floats]]:
+        """Return 1, -x^2, -y^2 (k, 3) on the patch's axes, and nodes and weights (k, c) of its places; kept for one."""
+        if self._last[0] != (semiaxes, turn):
+            x, y = (_disc()[0] * semiaxes).T
+            along = np.cos(turn) * x - np.sin(turn) * y
+            across = np.sin(turn) * x + np.cos(turn) * y
+            section = np.stack([np.sqrt(1 - across**2), across], axis=1)
+            (own,) = self._space.yarns
+            first, splines = own.spline.basis(0.5 * LENGTH + along)
+            weights = own.weights(first, splines[0], disc.values(own.degree, section))
+            self._last = (semiaxes, turn), np.stack([np.ones_like(x), -(x**2), -(y**2)], axis=1), weights
+        return self._last[1:]
 
 
 @lru_cache(maxsize=32)
@@ -393,9 +407,36 @@ def _rich(poisson: float) -> PatchedYarn:
     return PatchedYarn(yarn_space(breaks, degrees), poisson)
 
 
-@lru_cache(maxsize=8)
+# C_far of every direction for 0 <= nu <= 1/2, as a Chebyshev series in (3 nu - 1) / (1 - nu): this goes from -1 to 1,
+# and the series converges fastest in it. `python tests/verification/test_contact_indentation.py` makes it.
+# fmt: off
+FAR = np.array([
+    [1.99343980859, 0.03425445129, -0.00149001226, -0.0001590229, -0.00011631792, 9.099527e-05, -4.004536e-05,
+     1.400194e-05, -4.35217e-06, 1.25823e-06, -3.4722e-07, 9.281e-08, -2.427e-08, 6.25e-09, -1.59e-09, 4e-10],
+    [4.54767802976, 0.73270865681, -0.13156074771, 0.02283501007, -0.00399699693, 0.00070434088, -0.00012715317,
+     2.367853e-05, -4.59121e-06, 9.2944e-07, -1.964e-07, 4.309e-08, -9.75e-09, 2.26e-09, -5.3e-10, 1.3e-10],
+    [0.36642321829, -0.02427163483, 0.01004011496, -0.00279894683, 0.00055840788, -0.00010237664, 1.210415e-05,
+     -1.02219e-06, -5.2883e-07, 1.6829e-07, -9.193e-08, 1.72e-08, -8.69e-09, 9.9e-10, -7.6e-10, 1e-11],
+])
+# fmt: on
+
+
 def far_compliance(poisson: float, direction: int = NORMAL) -> float:
-    """Return C_far, the compliance of a yarn beyond that of the half space, for a force in a direction."""
+    """Return C_far, the compliance of a yarn beyond that of the half space, for a force in a direction.
+
+    Examples
+    --------
+    >>> round(far_compliance(0.4), 3)
+    2.006
+    """
+    if 0 <= poisson <= 0.5:
+        return float(chebyshev.chebval((3 * poisson - 1) / (1 - poisson), FAR[direction]))
+    return computed_far_compliance(poisson, direction)
+
+
+@lru_cache(maxsize=8)
+def computed_far_compliance(poisson: float, direction: int = NORMAL) -> float:
+    """Return C_far from the yarn itself."""
     response = _rich(poisson).response((RESOLVED, RESOLVED), direction=direction)
     return response.mean - half_space_compliance(RESOLVED, poisson, direction)
 

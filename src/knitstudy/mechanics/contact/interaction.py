@@ -70,6 +70,7 @@ class Contact:
         # which (k,) of undeformed places (k, 3) [m] on the surfaces may touch; by default all
         free: Callable[[np.ndarray], np.ndarray] | None = None,
         points: int = 3,  # Gauss points along each side of a cell
+        splits: bool = True,  # whether tangents come with their symmetric part, which iterative solvers take
         margin: float,  # distance up to which pairs are followed [m]
         overlap: float,  # largest penetration of the undeformed surfaces [m]
     ) -> None:
@@ -78,7 +79,7 @@ class Contact:
                 "the law of indentation adds what spline yarns do not show of it, but these are surfaces of other "
                 "elements, which show all of it: use Coulomb"
             )
-        self.surfaces, self.law, self.margin = surfaces, law, margin
+        self.surfaces, self.law, self.margin, self.splits = surfaces, law, margin, splits
         self._undeformed = surfaces.carry(nodes)
         self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
         if meets is None:
@@ -194,15 +195,16 @@ class Contact:
                 carried[:, i] += np.bincount(
                     stencil.nodes.ravel(), shares[..., i].ravel(), minlength=len(carried)
                 )
-        full = symmetric = None
+        tangents: list[sp.bsr_matrix] = []
         if stiffness:
-            *blocks, self._pairs = tangent(
-                points, weight, own, other, self.surfaces.block, len(carried), self._pairs, self.reserve
+            width, kept, wanted = self.surfaces.block, self._pairs, 1 + self.splits
+            blocks, self._pairs = tangent(
+                points, weight, own, other, width, len(carried), kept, self.reserve, wanted
             )
             pattern = self._pairs.indptr, self._pairs.indices
-            full, symmetric = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), 2)
+            tangents = share(lambda number: self.surfaces.matrix(*pattern, blocks[number]), wanted)
         energy = self._energy(points, active, weight)
-        return ContactResponse(points, self.surfaces.collect(carried), energy, full, symmetric)
+        return ContactResponse(points, self.surfaces.collect(carried), energy, *tangents)
 
     def commit(self, points: ContactPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.

@@ -118,6 +118,7 @@ def _stretch(surfaces: Surfaces, surface: Ints, xi: Floats, carriers: Floats) ->
 BLOCKS = 9  # entries of a block of two carriers
 # Numbers in the products of pairs of cells that are formed at once; bounds the memory.
 TANGENT_CHUNK = 1_000_000
+SIZES = 8  # batches of pairs of cells with about as many points: zeros fill up the others
 
 
 class CellPairs:
@@ -162,13 +163,16 @@ class CellPairs:
         data[:] = 0
         flat = data.reshape(-1, b * b * BLOCKS)
         for here, targets, total in self._chunks:
-            within = np.arange(many[here].max())
-            filled = within < many[here, None]  # (g, most): beside each other for every pair of cells
-            point = order[np.where(filled, start[here, None] + within, 0)]
-            left = np.where(filled[..., None, None], rows[point], 0.0)  # (g, most, m, c)
-            right = inner[point].reshape(*point.shape, m * BLOCKS, m) @ left
-            right = right.reshape(len(point), -1, BLOCKS * c)
-            product = left.reshape(len(point), -1, c).swapaxes(1, 2) @ right  # (g, c, ((i, j), c))
+            product = np.empty((len(many[here]), c, BLOCKS * c))  # ((i, j), c)
+            for some in filter(len, np.array_split(np.argsort(many[here], kind="stable"), SIZES)):
+                first, count = start[here][some, None], many[here][some, None]
+                within = np.arange(count.max())
+                filled = within < count  # (g, most): beside each other for every pair of cells
+                point = order[np.where(filled, first + within, 0)]
+                left = np.where(filled[..., None, None], rows[point], 0.0)  # (g, most, m, c)
+                right = inner[point].reshape(*point.shape, m * BLOCKS, m) @ left
+                right = right.reshape(len(point), -1, BLOCKS * c)
+                product[some] = left.reshape(len(point), -1, c).swapaxes(1, 2) @ right
             blocks = product.reshape(-1, r, b, BLOCKS, r, b).transpose(0, 1, 4, 2, 5, 3)
             flat[targets] += total @ blocks.reshape(-1, b * b * BLOCKS)
         return data
@@ -183,7 +187,8 @@ def stiffness(
     count: int,  # as of `CellPairs`
     before: CellPairs | None,  # pattern of an earlier tangent, used again if the same cells touch
     reserve: Reserve,  # where the blocks are
-) -> tuple[Floats, Floats, CellPairs]:
+    wanted: int = 2,  # 1: the tangent alone
+) -> tuple[list[Floats], CellPairs]:
     """Return the tangent and its symmetric positive part as blocks (nnz, b b, 9), and the pattern of both.
 
     Points of one cell that face one cell share their carriers: the rows of all of them, one below the other, make one
@@ -206,9 +211,8 @@ def stiffness(
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
     lines, inners = (rows, rows[:, :1]), (full, positive.reshape(-1, 1, BLOCKS, 1))
-    data = reserve.arrays(*2 * [(len(pairs.indices), block**2, BLOCKS)])
-    whole, symmetric = share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), 2)
-    return whole, symmetric, pairs
+    data = reserve.arrays(*wanted * [(len(pairs.indices), block**2, BLOCKS)])
+    return share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), wanted), pairs
 
 
 def _point_tangents(points: ContactPoints, active: Ints) -> tuple[Floats, Floats]:
