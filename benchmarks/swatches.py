@@ -39,6 +39,7 @@ from knitstudy.run.stages import physics_digest
 MEASURED, KEPT = RESOURCES / "measured" / "knitdb.csv", RESOURCES / "swatches.csv"
 SHAPES = Path("results/swatches.csv")
 SCENE = "fabric-acrylic-stockinette-course-free"  # worsted acrylic, whose laws are scaled to a finer yarn
+GRAVITY = 9.81  # m/s2
 WORSTED, TEX = 500.0, 2 * 1000 / 30  # tex; 2/30 is taken as two plies of Nm 30
 
 PATTERN, WHOLE = 60, 84  # stitches along a side, without the border and with it
@@ -61,6 +62,7 @@ class Rule:
     friction: float = 0.4
     set: float = 0.3  # share of the curvature of the drawn loop that is free of stress
     course: float = 1.9e-3
+    plates: float = 0.0  # force of two plates that hold the cell flat, in weights of the cell
 
 
 RULE = Rule()
@@ -147,7 +149,7 @@ def drawn_on_needles(stitches: Sequence[str], rule: Rule, radius: float, more: f
 
 
 def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float]:
-    """Return width and height of a stitch at rest [m]: mean of the repeat, which is one cell.
+    """Return width and height of a stitch at rest [m], mean of the repeat, which is one cell, and the cell's depth.
 
     Raises ConvergenceError where there is no way to rest.
     """
@@ -176,8 +178,11 @@ def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float
         }
     )
     radius = 0.5 * diameter * scene.geometry.diameter_share
-    rest = relax(scene, fabric_dataset(drawn_on_needles(stitches, rule, radius, more)))
+    fabric = drawn_on_needles(stitches, rule, radius, more)
+    weight = 1e-6 * TEX * sum(line.length for line in fabric.centrelines[:-1]) * GRAVITY
+    rest = relax(scene, fabric_dataset(fabric), plates=rule.plates * weight)
     return {
+        "depth": float(np.ptp(rest["centreline"].to_numpy()[:, 2])) + diameter,
         "width": rest.attrs["cell_width"] / len(stitches[0]),
         "height": rest.attrs["cell_height"] / len(stitches),
     }
@@ -209,7 +214,7 @@ def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
         try:
             rest, fault = rest_of(repeat, STARTS[start], more), ""
         except ConvergenceError as error:
-            rest, fault = dict.fromkeys(SIZES, np.nan), str(error)
+            rest, fault = dict.fromkeys([*SIZES, "depth"], np.nan), str(error)
         seconds = round(time.perf_counter() - begun, 1)
         made_by = {"start": start, "rule": str(STARTS[start]), "physics": physics}
         found.append({"repeat": text, **made_by, **rest, "seconds": seconds, "fault": fault})
@@ -245,6 +250,18 @@ def predict(measured: pd.DataFrame, shapes: pd.DataFrame) -> pd.DataFrame:
     )
 
 
+def hold_flat(measured: pd.DataFrame, weights: float, repeats: Sequence[str]) -> None:
+    """Print the sizes [mm] of repeats between plates that press with so many weights of the cell, and measured ones."""
+    more = more_yarn(measured.dropna())
+    for text in repeats:
+        repeat, begun = repeat_of(text), time.perf_counter()
+        rest = rest_of(repeat, replace(RULE, plates=weights), more)
+        sizes = {size: round(PATTERN * 1e3 * rest[size], 1) for size in SIZES}
+        known = measured[measured["repeat"] == repeat][list(SIZES.values())].dropna().to_numpy().tolist()
+        print(text, sizes, f"depth {1e3 * rest['depth']:.2f} mm, measured {known},", end=" ")
+        print(f"{time.perf_counter() - begun:.0f} s", flush=True)
+
+
 def judge(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
     """Return by size, over the open swatches that the rule was not found on, and over all that are open.
 
@@ -271,8 +288,15 @@ def judge(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
-    measured = read_measured()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument(
+        "--plates", type=float, metavar="WEIGHTS", help="hold repeats flat, and print their sizes"
+    )
+    parser.add_argument("repeats", nargs="*", help="rows of letters, such as 'KP PK'")
+    asked, measured = parser.parse_args(), read_measured()
+    if asked.plates is not None:
+        hold_flat(measured, asked.plates, asked.repeats)
+        raise SystemExit
     predicted = predict(measured, find_shapes(measured))
     write_table(stamped(predicted.reset_index(), "make swatches"), KEPT)
     print(judge(measured, predicted).to_string(index=False))

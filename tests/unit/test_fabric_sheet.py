@@ -16,7 +16,8 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
-from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.fabric_law import membrane
+from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle, simulated_curve
 from knitstudy.use.plot import draw
 
 pytestmark = pytest.mark.wings
@@ -125,11 +126,15 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
         assert 0 < uncertainty < 0.3 * value, quantity
     assert 0 < float(table.loc["course loss of a cycle", "value"]) < 100
     assert float(table.loc["bending stiffness, course, yarns tied", "value"]) > 0
-    for quantity in ("thickness under pressure", "bending stiffness, wale", "curling moment at rest, wale"):
+    between = [float(table.loc[f"thickness at {pressure} Pa", "value"]) for pressure in (49, 1000, 4900)]
+    assert float(table.loc["thickness", "value"]) > between[0] > between[1] > between[2]
+    assert float(table.loc["energy of pressing to 4900 Pa", "value"]) > 0
+    for quantity in ("bending stiffness, wale", "curling moment at rest, wale"):
         assert list(table.loc[quantity, ["value", "uncertainty"]]) == ["not known", "not known"]
     assert table.loc["bending stiffness, wale", "remark"] == sheets.SLACK  # rows of drawn loops do not touch
     assert float(table.loc["bending stiffness, course", "value"]) > 0  # of the yarns alone
-    assert set(made[0].curves["load"]) == {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5"}
+    loads = {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5", "press"}
+    assert set(made[0].curves["load"]) == loads
     at_once = made[0].curves.query("load == 'both ways 1:0.5'")
     assert at_once["wale strain [1]"].to_numpy() == pytest.approx(
         0.5 * at_once["course strain [1]"].to_numpy()
@@ -148,6 +153,16 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
         "shell.abaqus.inp",
     }
     pd.testing.assert_frame_equal(read_table(tmp_path / "curves.csv"), made[0].curves.reset_index(drop=True))
+
+
+def test_a_cell_between_plates_is_drawn_by_its_pressure(made):
+    history = read_dataset(made[1] / "simulation" / "jersey-sheet-press-drawn.nc")
+    pressure, lateral = draw(history).axes
+    assert (pressure.get_ylabel(), lateral.get_xlabel()) == ("pressure (kPa)", "thickness (mm)")
+    with refusal("no force per width along its load"):
+        simulated_curve(history, history)
+    with refusal("no history of a cell without plates"):
+        membrane({"press": history})
 
 
 def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
@@ -231,11 +246,17 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
                 else xr.Dataset()
             )
         load = step.scene.load
-        axis = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2}[load.deformation]
+        axis = {"course": 0, "wale": 1, "biaxial": 0, "shear": 2, "press": 2}[load.deformation]
         stiff = 1000.0 if load.start == "rest" else 1100.0
         strain = np.array([0.0, 0.005, 0.01, 0.05, 0.1, 0.12])
         size = {"cell_width": 3e-3, "cell_height": 2e-3}
         made = cell(strain, stiff * strain, axis=axis).assign_attrs(size)
+        if load.deformation == "press":
+            energy = xr.DataArray(np.zeros((6, 1)), dims=("increment", "form"), coords={"form": ["external"]})
+            thickness = ("increment", 1e-3 * (1 - strain))
+            return made.assign(
+                thickness=thickness, pressure=("increment", 100 * stiff * strain), energy=energy
+            )
         if load.deformation == "shear" and load.start != "rest":
             error = ConvergenceError("snaps")
             error.history = made.isel(increment=slice(3))
@@ -246,6 +267,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     sheet = fabric_sheet(scene)
     table = sheet.numbers.set_index("quantity")
     assert table.loc["course strain at 100 N/m", ["value", "uncertainty"]].tolist() == ["9.091", "0.91"]
+    assert table.loc["thickness at 1000 Pa", ["value", "uncertainty"]].tolist() == ["0.9909", "0.00091"]
     length = float(table.loc["length of yarn in a stitch", "value"])  # mm
     assert float(table.loc["tightness factor", "value"]) == pytest.approx(
         np.sqrt(500) / (0.1 * length), rel=1e-3

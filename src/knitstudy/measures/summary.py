@@ -189,6 +189,8 @@ def _widths(dataset: xr.Dataset) -> list[Quantity]:
         for name, (quantity, unit) in names.items()
         for way in STRAINS
     ]
+    plates = {"thickness": "m", "pressure": "Pa"}.items()
+    rows += [Quantity(f"{name} at the end", last[name].item(), unit) for name, unit in plates if name in last]
     course, wale, shear = np.abs(last["cell_strain"].to_numpy())
     return [*rows, Quantity("shear", LEANS)] if LEAN < shear < max(course, wale) else rows
 

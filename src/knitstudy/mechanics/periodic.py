@@ -343,6 +343,15 @@ class EndlessBeams(Memoryless):
             state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
         return state
 
+    @property
+    def drag_of_lattice(self) -> float:
+        """Stiffness of the drag against the lattice [N/m]."""
+        return float(self._drag[-1])
+
+    def diameter(self, state: EndlessState) -> float:
+        """Return the diameter to which the yarns have grown [m]."""
+        return self.contact.repulsion.diameter - (1 - state.beams.released) * self.thinner
+
     def vectors(self, state: EndlessState) -> Floats:
         """Return the lattice vectors (2, 3) in a state [m]."""
         return self.lattice.vectors + self.moves @ state.lattice
@@ -408,10 +417,7 @@ class EndlessBeams(Memoryless):
 
     def _contact(self, state: EndlessState) -> LineContact:
         """Return the contact of yarns as thick as they have grown."""
-        if not self.ramps:
-            return self.contact
-        thinner = (1 - state.beams.released) * self.thinner
-        return self.contact.of_diameter(self.contact.repulsion.diameter - thinner)
+        return self.contact.of_diameter(self.diameter(state)) if self.ramps else self.contact
 
     def _all(self, state: EndlessState) -> BeamState:
         """Return the state of all nodes, images included."""

@@ -60,8 +60,8 @@ class States(Chosen):
         """Return the states of cells (histories with `cell_strain` and `force_per_width`), on the way to full load."""
         parts: list[States] = []
         for name, history in histories.items():
-            if "cell_strain" not in history:
-                raise DataFileError(f"{name}: is no history of a cell, whose states a law is fitted to")
+            if "cell_strain" not in history or "pressure" in history:
+                raise DataFileError(f"{name}: is no history of a cell without plates, as a law is fitted to")
             stretch = history["cell_strain"].to_numpy()
             stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
             force = history["force_per_width"].to_numpy()[: len(stretch)]

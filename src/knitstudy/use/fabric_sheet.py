@@ -39,8 +39,11 @@ from knitstudy.run.store import OF_STUDY, BeginProgress, Store
 from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
+    ENERGY,
+    PRESSURE,
     PULL,
     STRAIN,
+    THICKNESS,
     curve_table,
     force_over_strain,
     left_by_cycle,
@@ -51,9 +54,12 @@ from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution,
 log = logging.getLogger(__name__)
 
 FORCE = 100.0  # N/m
+PRESSURES = (49.0, 1000.0, 4900.0)  # Pa, of KES-FB3, ISO 5084, and the largest one of KES
+PRESS = "press"
 BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
+CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments between plates
 EVEN = 30  # increments of the path that counts; of a cycle half of them go back
 BACK = 0.02  # of the largest strain, where a cycle ends
 SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
@@ -70,7 +76,7 @@ THERE_AND_BACK: dict[str, Any] = {
     "load.turns": [0.1],
 }  # a load that turns: of bending as well
 
-NOT_KNOWN, UNBUILT = "not known", "not built yet for yarns that touch"
+NOT_KNOWN = "not known"
 SLACK = "slack, or the path ended early"
 CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
@@ -128,7 +134,7 @@ class Sheet:
         drawing = figure(2 * SINGLE, 0.85 * SINGLE, layout="constrained")
         one, both, sheared = drawing.subplots(1, 3)
         dashes = cycle(("-", "--", ":", "-."))
-        for load, curve in self.curves.groupby("load", sort=False):
+        for load, curve in self.curves[self.curves["load"] != PRESS].groupby("load", sort=False):
             alone = load in STRAINS
             axes, dash = (sheared if load == "shear" else one, "-") if alone else (both, next(dashes))
             for way in (load,) if alone else STRAINS[:2]:
@@ -151,6 +157,7 @@ def fabric_sheet(
     tex: float = nan,
     force: float = FORCE,
     ratios: Sequence[float] = (1.0,),
+    pressures: Sequence[float] = PRESSURES,
     folder: Path | str | None = None,
     config: Path = CONFIG,
     progress: BeginProgress | None = None,
@@ -169,6 +176,8 @@ def fabric_sheet(
         Force per width up to which it is pulled [N/m].
     ratios : sequence of float
         Wale strains over course strains of the paths on which both are prescribed.
+    pressures : sequence of float
+        Pressures of plates at which the thickness is given [Pa].
     folder, config, progress
         As of `knitstudy.simulate`: histories are kept in the folder and used again.
 
@@ -196,13 +205,15 @@ def fabric_sheet(
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
     curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
+    curves[PRESS] = [curve_table(of) for of in maker.pressed(max(pressures))]
     for both in curves.values() if verified else ():
-        forces = both[0].filter(regex="force|energy")
+        forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
     rows = [
         *_construction_rows(
             cell, [of["course"] for of in (histories, other) if of], cell.tex if isnan(tex) else tex
         ),
+        *_thickness_rows(curves[PRESS], pressures),
         *_load_rows(curves, force),
         *_bending_rows(bent, ERROR if verified else 0.0, tied),
     ]
@@ -258,6 +269,13 @@ class _Maker:
         if load in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain}
         return self._run(load, even)
+
+    def pressed(self, pressure: float) -> list[xr.Dataset]:
+        """Return the histories between plates from every start, up to a pressure [Pa]."""
+        keys: dict[str, Any] = {"load.deformation": PRESS, "load.ratio": 1.0, "load.largest_force": None}
+        keys |= {"load.strain": 0.9, "load.stops": CLOSE, "solver.increments": 1}
+        keys |= {"load.largest_pressure": FARTHER * pressure}
+        return [self._run(f"{PRESS}-{start}", keys | {"load.start": start}) for start in self.starts]
 
     def tied(self) -> xr.Dataset | None:
         """Return the history of the tied cell at its drawn loops; None, with a note, where it has none."""
@@ -334,7 +352,17 @@ def _construction_rows(
         for name in NEEDS_TEX
         if name not in starts[0]
     ]
-    return [*rows, _row("thickness under pressure", [nan], "mm", UNBUILT)]
+    return rows
+
+
+def _thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -> list[list[str]]:
+    """Return the thickness between plates at pressures [Pa], and the work up to there."""
+    columns = (("thickness at", THICKNESS, "mm"), ("energy of pressing to", ENERGY, "J/m2"))
+    return [
+        _row(f"{what} {p:g} Pa", [when(curve, column, PRESSURE, p) for curve in curves], unit)
+        for what, column, unit in columns
+        for p in pressures
+    ]
 
 
 def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> list[list[str]]:
@@ -357,7 +385,7 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
         what = "or less: the way back ends there" if carries else "least width of the band at rest"
         rows.append(_row(f"{way} strain that a cycle leaves", [PERCENT * left_by_cycle(forces)], "%", what))
     pull = PULL("course")
-    for load in (load for load in curves if load not in STRAINS):
+    for load in (load for load in curves if load not in (*STRAINS, PRESS)):
         row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
         row(load, f"{load}, wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
     stiffness = f"shear stiffness at {SHEARED:g} rad"

@@ -46,11 +46,16 @@ LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 TURNS = 0.02  # Share of the largest strain by which it falls where a branch ends; less is noise
 PRELOAD = 0.005  # Share of the largest force from which a force at no strain is a preload
 STRAIN, PULL = "{} strain [1]".format, "{} force per width [N/m]".format  # columns of `curve_table`
+THICKNESS, PRESSURE, ENERGY = "thickness [mm]", "pressure [Pa]", "energy [J/m2]"  # others
 BRANCHES = ("loading", "unloading")
 
 
 def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
     """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
+    if "pressure" in history:
+        raise DataFileError(
+            "is the history of a cell between plates, which has no force per width along its load"
+        )
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
     loading = branches(curve)[0]
@@ -64,14 +69,19 @@ def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
 def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.DataFrame:
     """Return the curve of a history: strains, forces per width, and the work of the load per area, at every increment.
 
-    Of a cell these are all strains of the plane and their forces; of a knit, which needs its `geometry`, the strain
-    along the load and its force. Raises DataFileError where there is no width: of two yarns that cross.
+    Of a cell these are all strains of the plane and their forces, between plates thickness and pressure too; of a knit,
+    which needs its `geometry`, the strain along the load and its force.
+    Raises DataFileError where there is no width: of two yarns that cross.
     """
     names: tuple[str, ...] = STRAINS
+    pressed = "pressure" in history
     if geometry is None:
         strain, force = history["cell_strain"].to_numpy(), history["force_per_width"].to_numpy()
         steps = (0.5 * (force[1:] + force[:-1]) * np.diff(strain, axis=0)).sum(axis=1)
         energy = np.append(0.0, np.cumsum(steps))
+        if pressed:
+            area = history.attrs["cell_width"] * history.attrs["cell_height"]
+            energy = history["energy"].sel(form="external") / area
     else:
         size, axis = fabric_of(geometry).size, int(history.attrs["axis"])
         if axis == 2:
@@ -82,7 +92,9 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
     columns = {STRAIN(name): strain[:, k] for k, name in enumerate(names)}
     columns |= {PULL(name): force[:, k] for k, name in enumerate(names)}
     columns |= {f"{name} force per width [N/mm]": 1e-3 * force[:, k] for k, name in enumerate(names)}
-    return pd.DataFrame(columns | {"energy [J/m2]": np.asarray(energy)})
+    if pressed:
+        columns |= {THICKNESS: 1e3 * history["thickness"].data, PRESSURE: history["pressure"].data}
+    return pd.DataFrame(columns | {ENERGY: np.asarray(energy)})
 
 
 def force_over_strain(table: pd.DataFrame, way: str) -> pd.Series:

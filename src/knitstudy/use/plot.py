@@ -104,10 +104,17 @@ def _name(dataset: xr.Dataset) -> str:
 
 
 def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
-    """Draw the force per width and the lateral strain of a cell over its strain; a cycle with its loss."""
+    """Draw the force per width and the lateral strain of a cell over its strain, a cycle with its loss; or pressure."""
     axis = int(history.attrs["axis"])
     way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
+    if "pressure" in history:
+        thickness = 1e3 * history["thickness"]
+        axes.plot(thickness, 1e-3 * history["pressure"], "o-", color=colour, label=label)
+        lateral.plot(thickness, PERCENT * table[STRAIN("course")], color=colour)
+        axes.set_ylabel("pressure (kPa)")
+        lateral.set(xlabel="thickness (mm)", ylabel="course strain (%)")
+        return
     curve = force_over_strain(table, way)
     if loss := loss_of_cycle(curve):
         label = f"{label} loss {loss.share:.0%}".strip()

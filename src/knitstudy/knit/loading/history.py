@@ -74,8 +74,14 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
     return Motion(strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
 
-# Which strains of a cell a deformation prescribes, by `load.deformation`
-PRESCRIBED = {"course": (1, 0, 0), "wale": (0, 1, 0), "biaxial": (1, 1, 0), "shear": (0, 0, 1)}
+# Which strains of a cell a deformation prescribes, by `load.deformation`; the last one is the closing of plates
+PRESCRIBED = {
+    "course": (1, 0, 0),
+    "wale": (0, 1, 0),
+    "biaxial": (1, 1, 0),
+    "shear": (0, 0, 1),
+    "press": (0, 0, 0, 1),
+}
 
 
 def cell_path(
@@ -84,18 +90,19 @@ def cell_path(
     """Return how the lattice of a cell with edges (3,) [m] moves (`Lattice.lengths`): the last three of the unknowns.
 
     Its displacement along x, y and in shear is the strain times the edge; legs take shares of the load by their strain.
+    Between plates their distance is the fourth of the `lengths`, and the motion is that of the last three unknowns.
     """
     chosen = np.array(PRESCRIBED[load.deformation], dtype=bool)
     turns = np.array([*load.turns, load.strain])
     way = np.cumsum(np.abs(np.diff(turns, prepend=0.0)))
     corners = (*(way[:-1] / way[-1]).tolist(), 1.0)
     stops = tuple(abs(stop) / way[-1] for stop in load.stops)
-    axis = int(np.argmax(chosen))
-    strains = turns[:, None] * chosen * [1.0, load.ratio, 1.0]
-    motion = Motion(strains * lengths, corners, stops, axis, float(lengths[axis]))
+    axis = int(np.argmax(chosen[-3:]))
+    moved = turns[:, None] * chosen * [1.0, load.ratio, 1.0, 1.0][: len(lengths)] * lengths
+    motion = Motion(moved[:, -3:], corners, stops, axis, float(lengths[-3:][axis]))
     chosen |= load.lateral == "fixed"
-    fixed = np.array([*held, *np.arange(size - 3, size)[chosen]])
-    value = np.concatenate([np.zeros((len(turns), len(held))), motion.displacement[:, chosen]], axis=1)
+    fixed = np.array([*held, *np.arange(size - len(lengths), size)[chosen]])
+    value = np.concatenate([np.zeros((len(turns), len(held))), moved[:, chosen]], axis=1)
     return motion, PrescribedDisplacement(fixed, value, corners, stops)
 
 

@@ -117,6 +117,7 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     reuse_memory()
     scene, place = problem.scene, problem.motion.place
     most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
+    pressed = scene.value("load.largest_pressure")
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
@@ -134,7 +135,9 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     with recorder.meter.paused():
                         checkpoint.save(last, recorder)
                 run.progress(last.load, place(last.load))
-                if most is not None and abs(recorder.columns["force_per_width"][-1][axis]) >= most:
+                columns = recorder.columns
+                pulls = most is not None and abs(columns["force_per_width"][-1][axis]) >= most
+                if pulls or (pressed is not None and columns["pressure"][-1] >= pressed):
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
     except ConvergenceError as error:
         if last is not None and last.load > 0:

@@ -422,7 +422,29 @@ class DrawnCellStrain(Tension):
 
 
 class CellStrain(DrawnCellStrain):
-    """A cell is deformed from the drawn loops, or from a shape at rest."""
+    """A cell is deformed from the drawn loops, or from a shape at rest.
+
+    Two rigid plates without friction may "press" it: `strain` is the share of their distance by which they close.
+    """
+
+    deformation: Literal["course", "wale", "biaxial", "shear", "press"] = physics("choice", default="course")  # type: ignore[assignment]
+    """Strains in the plane that define a shell's stiffness, or plates. Checked: all five."""
+
+    largest_pressure: float | None = physics(
+        "choice", unit="Pa", default=None, gt=0, allowed="a pressure of plates, or null"
+    )
+    """The load path ends when plates press with this; null: at full strain. Checked: 5.4 kPa."""
+
+    @model_validator(mode="after")
+    def _plates_press(self) -> Self:
+        if self.deformation != "press":
+            if self.largest_pressure is not None:
+                raise ValueError(f"largest_pressure must be null where deformation is {self.deformation}")
+        elif self.largest_force is not None or not all(0 <= way < 1 for way in (*self.turns, self.strain)):
+            raise ValueError(
+                "deformation press needs largest_force null, and strain and turns from 0 to below 1"
+            )
+        return self
 
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
         "choice",

@@ -27,6 +27,15 @@ from knitstudy.run.commands.console import SIZE, changed_scene, config_option, s
     show_default=True,
     help="Wale strain over course strain of a path that prescribes both; may be repeated.",
 )
+@click.option(
+    "--pressure",
+    "pressures",
+    type=SIZE,
+    multiple=True,
+    default=(49.0, 1000.0, 4900.0),
+    show_default=True,
+    help="Pressure of plates at which the thickness is given [Pa]; may be repeated.",
+)
 @set_option
 @console.output_option
 @config_option
@@ -36,6 +45,7 @@ def sheet(
     density: float | None,
     force: float,
     ratios: tuple[float, ...],
+    pressures: tuple[float, ...],
     changes: console.Changes,
     output: Path,
     config: Path,
@@ -43,8 +53,9 @@ def sheet(
     """Print the numbers of the fabric of SCENE, and write them with curves and decks into OUTPUT/sheet/SCENE.
 
     The fabric is a cell of beams that slide with friction, whatever model the scene names: its stitches, its shape at
-    rest, stretching and one cycle in both directions, both at once, and shear. Every number has an uncertainty, or the
-    words "not known". It takes a minute or two; histories are kept in OUTPUT, and used again.
+    rest, stretching and one cycle in both directions, both at once, shear, and the thickness between plates. Every
+    number has an uncertainty, or the words "not known". It takes a minute or two; histories are kept in OUTPUT, and
+    used again.
 
     \b
     knitstudy sheet jersey.yaml --tex 30
@@ -69,6 +80,7 @@ def sheet(
             tex=nan if tex is None else tex,
             force=force,
             ratios=ratios,
+            pressures=pressures,
             folder=output,
             config=config,
             progress=Progress,

@@ -32,9 +32,11 @@ from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Set
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
+from knitstudy.mechanics.plates import PressedBeams
 from knitstudy.mechanics.rotation import turns
 
 HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
+BETWEEN_PLATES = HELD[:2]  # that along z is free between plates
 
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
@@ -115,24 +117,37 @@ class BeamCell:
 
     rows: Rows
     model: EndlessBeams
+    plates: PressedBeams | None = None  # around the model
 
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
-        state, lattice = increment.state, self.model.lattice
+        state, lattice = self._state(increment), self.model.lattice
         contact, points, vectors = self.model.contact, self.model.at_points(state), self.model.vectors(state)
         near = contact.pairs(points.position, vectors, near=True)
         nearest = float((near.distance - contact.repulsion.between(near).diameter).min(initial=np.inf))
         force = increment.response.force[self.model.lattice_unknowns]
-        return {
+        pressed = {}
+        if self.plates is not None:
+            area = abs(float(np.cross(*vectors)[2]))
+            pressed = {
+                "thickness": self.plates.thickness - increment.state.closed,
+                "pressure": increment.response.force[-1] / area,
+            }
+        return pressed | {
             "centreline_displacement": state.beams.position - self.rows.stations.position,
             "cell_strain": state.lattice / lattice.lengths,
             "force_per_width": force * lattice.lengths / lattice.area,
             "smallest_gap": nearest if np.isfinite(nearest) else np.nan,
         }, {}
 
+    def _state(self, increment: Increment) -> EndlessState:
+        """Return the state of the cell without plates."""
+        state: EndlessState = increment.state if self.plates is None else increment.state.cell
+        return state
+
     def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
-        model, state = self.model, increment.state
+        model, state = self.model, self._state(increment)
         internal = model.internal_energy(increment.response)
         require_verified_contact(
             limit, increment, model.contact, model.at_points(state), model.vectors(state), internal
@@ -160,15 +175,19 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
         model = model.starting_at(_balanced(what, model, held, replace(settings, increments=1)).state)
     else:
         model = model.starting_at(_state(rest, model))
-    motion, prescribed = cell_path(scene.load, model.lattice.lengths, HELD, model.size)
-    cell = BeamCell(rows, model)
+    pressed = PressedBeams(model) if scene.load.deformation == "press" else None
+    lengths, held, whole = model.lattice.lengths, HELD, pressed or model
+    if pressed is not None:
+        lengths, held = np.append(lengths, pressed.thickness), BETWEEN_PLATES
+    motion, prescribed = cell_path(scene.load, lengths, held, whole.size)
+    cell = BeamCell(rows, model, pressed)
     return Problem(
         scene=scene,
-        model=model,
+        model=whole,
         prescribed=prescribed,
         settings=settings,
         motion=motion,
-        driven=model.lattice_unknowns[None],
+        driven=(whole.size + np.arange(-3, 0))[None],
         stations=rows.stations,
         observer=cell,
         repeats=Repeats(rows.period, vectors),
@@ -177,7 +196,7 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
             partial(cell.require_verified_contact, scene.gates.point),
         ),
         attributes={
-            "dof": model.size,
+            "dof": whole.size,
             "elements": len(rows.ends),
             "deformation": scene.load.deformation,
             "start": scene.load.start,
@@ -187,10 +206,10 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
     )
 
 
-def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.Dataset:
+def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates: float = 0.0) -> xr.Dataset:
     """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
 
-    A `run` reports its progress, and has no restart file.
+    A `run` reports its progress, and has no restart file. Two `plates` press the cell with a force [N], 0 for none.
 
     From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
     diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
@@ -207,14 +226,17 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.
     settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
     loosened = contact.friction and scene.load.start == "rest"
     ways = 2 if loosened else 1
-    last = _balanced(
-        f"the way to rest {of}", model, HELD, settings, lambda load: run.progress(load / ways, "")
-    )
+
+    def found(what: str, model: EndlessBeams, done: int) -> Increment:
+        whole, held = (PressedBeams(model, plates), BETWEEN_PLATES) if plates else (model, HELD)
+        last = _balanced(what, whole, held, settings, lambda load: run.progress((done + load) / ways, ""))
+        return replace(last, state=last.state.cell) if plates else last
+
+    last = found(f"the way to rest {of}", model, 0)
     if loosened:
         free = _model(rows, lattice, replace(contact, friction=0.0), law)
         free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        what = f"the rest without friction {of}"
-        last = _balanced(what, free, HELD, settings, lambda load: run.progress((1 + load) / ways, ""))
+        last = found(f"the rest without friction {of}", free, 1)
     state = last.state
     vectors, kept = model.vectors(state), state.contact
     values = {
@@ -232,7 +254,7 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY) -> xr.
 
 def _balanced(
     what: str,
-    model: EndlessBeams,
+    model: EndlessBeams | PressedBeams,
     held: Ints,
     settings: Settings,
     report: Callable[[float], None] = lambda load: None,  # called with every load factor
