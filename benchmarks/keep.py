@@ -227,7 +227,9 @@ def up_to_date(
     store = Store(results)
 
     def there(scene: Scene) -> bool:
-        steps = (plan.step(name, scene) for name in stages if STAGES[name].of(scene))
+        # A study makes an intermediate result for what needs it alone.
+        asked = (name for name in stages if STAGES[name].of(scene) and not STAGES[name].intermediate)
+        steps = (plan.step(name, scene) for name in asked)
         return all(store.holds(step) for step in steps if step.stage.is_dataset)
 
     return list(filter(there, scenes))
