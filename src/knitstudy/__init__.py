@@ -3,7 +3,7 @@
 from pkgutil import resolve_name
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "1.0.0"
 
 _PLACES = {
     "knit.geometry.fabric": ("Fabric",),

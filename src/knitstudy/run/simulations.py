@@ -6,9 +6,10 @@ import logging
 import os
 import signal
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from itertools import chain
@@ -144,17 +145,10 @@ def simulate_many(
         step = plan.step("simulation", scene)
         alike.setdefault(step.unit_digest or step.digest, []).append(place)
     groups = [[scenes[place] for place in places] for places in alike.values()]
-    jobs = min(jobs or os.cpu_count() or 1, len(groups)) or 1
-    pool = ProcessPoolExecutor(jobs, get_context("fork"), _begin, (max(threads() // jobs, 1),))
-    try:  # processes begin before the thread of the bar
+    with processes(len(groups), jobs) as pool:  # they begin before the thread of the bar
         done = pool.map(partial(_results_or_reasons, folder=folder, config=config), groups)
         bar = track(done, f"{len(scenes)} scenes", len(groups), console=Console(stderr=True))
         ended = dict(zip(chain(*alike.values()), chain(*bar), strict=True))
-    except BrokenProcessPool:
-        why = "the system ended a process, perhaps for its memory: take fewer jobs"
-        raise KnitstudyError(f"{why}; results up to there are in {folder}") from None
-    finally:
-        pool.shutdown(cancel_futures=True)
     failed = {scenes[place].name: end for place, end in ended.items() if isinstance(end, str)}
     for name, reason in failed.items():
         log.warning("%s: %s", name, reason)
@@ -162,6 +156,23 @@ def simulate_many(
         these = f"{len(failed)} of {len(scenes)} scenes failed, {', '.join(failed)}"
         raise KnitstudyError(f"{these}: {next(iter(failed.values()))}; the others are in {folder}")
     return [None if isinstance(end := ended[place], str) else end for place in range(len(scenes))]
+
+
+@contextmanager
+def processes(tasks: int, jobs: int | None = None) -> Iterator[ProcessPoolExecutor]:
+    """Yield as many processes as there are tasks, or `jobs`, by default one a core; they know all that was made before.
+
+    Raises KnitstudyError where the system ends one.
+    """
+    jobs = min(jobs or os.cpu_count() or 1, tasks) or 1
+    pool = ProcessPoolExecutor(jobs, get_context("fork"), _begin, (max(threads() // jobs, 1),))
+    try:
+        yield pool
+    except BrokenProcessPool:
+        why = "the system ended a process, perhaps for its memory"
+        raise KnitstudyError(f"{why}: take fewer jobs; results up to there are kept") from None
+    finally:
+        pool.shutdown(cancel_futures=True)
 
 
 def _begin(threads: int) -> None:

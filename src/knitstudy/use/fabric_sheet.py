@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import logging
 from base64 import b64encode
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from io import BytesIO
 from itertools import cycle
 from math import isnan, nan
@@ -35,6 +36,7 @@ from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
+from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
 from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
 from knitstudy.use.fabric_law import membrane
@@ -200,12 +202,18 @@ def fabric_sheet(
     maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
-    histories = {load: maker.history(load, keys) for load, keys in loads.items()}
-    tied, bent = maker.tied(), maker.bending()
+    each: list[Callable[[_Maker], Any]] = [
+        partial(_Maker.bending, start=start) for start in starts
+    ]  # it takes longest
+    each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
+    each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
+    made = iter(maker.side_by_side([*each, _Maker.tied]))
+    bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
+    pressed, tied = [next(made) for _ in starts], next(made)
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
     curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
-    curves[PRESS] = [curve_table(of) for of in maker.pressed(max(pressures))]
+    curves[PRESS] = [curve_table(of) for of in pressed]
     for both in curves.values() if verified else ():
         forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
@@ -270,12 +278,12 @@ class _Maker:
             even |= {"load.turns": [strain], "load.strain": BACK * strain}
         return self._run(load, even)
 
-    def pressed(self, pressure: float) -> list[xr.Dataset]:
-        """Return the histories between plates from every start, up to a pressure [Pa]."""
+    def pressed(self, start: str, pressure: float) -> xr.Dataset:
+        """Return the history between plates from a start, up to a pressure [Pa]."""
         keys: dict[str, Any] = {"load.deformation": PRESS, "load.ratio": 1.0, "load.largest_force": None}
         keys |= {"load.strain": 0.9, "load.stops": CLOSE, "solver.increments": 1}
         keys |= {"load.largest_pressure": FARTHER * pressure}
-        return [self._run(f"{PRESS}-{start}", keys | {"load.start": start}) for start in self.starts]
+        return self._run(f"{PRESS}-{start}", keys | {"load.start": start})
 
     def tied(self) -> xr.Dataset | None:
         """Return the history of the tied cell at its drawn loops; None, with a note, where it has none."""
@@ -286,17 +294,30 @@ class _Maker:
             self.notes.append(f"Bending of tied yarns is not known: {error}.")
             return None
 
-    def bending(self) -> list[xr.Dataset]:
-        """Return bending from both starts: there and back from the one that counts, from the other one there."""
-        made = []
-        for start in self.starts:
-            name = f"{self.cell.name}-sheet-bending-{start}".replace("_", "-")
-            keys = THERE_AND_BACK if start == self.starts[0] else {}
-            scene = self.cell.vary({"name": name, "load.start": start, **keys})
-            made.append(self.store.get(self.plan.step("bending", self.plan.labelled(scene))))
-            if made[-1].attrs["ended"]:
-                self.notes.append(f"Bending ended early: {made[-1].attrs['ended']}")
+    def bending(self, start: str) -> xr.Dataset:
+        """Return bending from a start: there and back from the one that counts, from the other one there."""
+        name = f"{self.cell.name}-sheet-bending-{start}".replace("_", "-")
+        keys = THERE_AND_BACK if start == self.starts[0] else {}
+        scene = self.cell.vary({"name": name, "load.start": start, **keys})
+        made: xr.Dataset = self.store.get(self.plan.step("bending", self.plan.labelled(scene)))
+        if made.attrs["ended"]:
+            self.notes.append(f"Bending ended early: {made.attrs['ended']}")
         return made
+
+    def side_by_side(self, each: Sequence[Callable[[_Maker], Any]]) -> list[Any]:
+        """Return what methods return; all processes begin with the shapes at rest."""
+        global _forked
+        for start in self.starts:
+            step = self.plan.step("simulation", self.plan.labelled(self.cell.vary({"load.start": start})))
+            for need in step.needs.values():
+                self.store.get(need)
+        _forked = self
+        with processes(len(each)) as pool:
+            ended = list(pool.map(_alone, each))
+        for _, coarse, notes in ended:
+            self.coarse |= coarse
+            self.notes += notes
+        return [result for result, *_ in ended]
 
     def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
         """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
@@ -312,6 +333,15 @@ class _Maker:
             last = PERCENT * float(history["strain"][-1])
             self.notes.append(f"The path {name} ended early, at a strain of {last:.3g} %.")
         return history
+
+
+_forked: _Maker  # what processes take from the one that they are copies of
+
+
+def _alone(method: Callable[[_Maker], Any]) -> tuple[Any, dict[str, xr.Dataset], list[str]]:
+    """Return what a method returns in a process of its own, with what it leaves in its `_Maker`."""
+    maker = replace(_forked, coarse={}, notes=[])
+    return method(maker), maker.coarse, maker.notes
 
 
 def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
