@@ -64,7 +64,6 @@ def test_a_kept_history_is_scaled_as_a_run_would_be(case, full, tmp_path):
     assert {key: scaled.attrs[key] for key in numbers} == pytest.approx(numbers, rel=1e-9, nan_ok=True)
     for key, variable in run.variables.items():
         if variable.dtype.kind == "f" and variable.attrs["units"] != "s" and key not in OF_NEWTON:
-            size = np.abs(np.nan_to_num(variable)).max(initial=0.0)
-            assert scaled[key].to_numpy() == pytest.approx(
-                variable.to_numpy(), abs=1e-8 * size, nan_ok=True
-            ), key
+            # Couples that vanish by symmetry are rounding of some 1e-19 N m.
+            near = max(1e-8 * np.abs(np.nan_to_num(variable)).max(initial=0.0), 1e-18)
+            assert scaled[key].to_numpy() == pytest.approx(variable.to_numpy(), abs=near, nan_ok=True), key
