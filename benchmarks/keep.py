@@ -223,14 +223,14 @@ def values_beside(kept: Path) -> Path:
 def up_to_date(
     plan: Plan, scenes: Iterable[Scene], results: Path, stages: Collection[str] = tuple(STAGES)
 ) -> list[Scene]:
-    """Return those scenes whose datasets, of some stages, are all there and up to date."""
+    """Return those scenes of which all datasets, of some stages, that a study makes are there and up to date."""
     store = Store(results)
 
     def there(scene: Scene) -> bool:
-        # A study makes an intermediate result for what needs it alone.
-        asked = (name for name in stages if STAGES[name].of(scene) and not STAGES[name].intermediate)
-        steps = (plan.step(name, scene) for name in asked)
-        return all(store.holds(step) for step in steps if step.stage.is_dataset)
+        steps = plan.steps_of(scene).values()
+        needed = {need.path for step in steps if step.wanted for need in step.needs.values()}
+        made = (step for step in steps if step.wanted or step.path in needed)
+        return all(store.holds(step) for step in made if step.stage.is_dataset and step.stage.name in stages)
 
     return list(filter(there, scenes))
 

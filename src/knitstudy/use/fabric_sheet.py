@@ -68,15 +68,10 @@ SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
-BENT = (
-    50.0,
-    100.0,
-    150.0,
-)  # curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
-THERE_AND_BACK: dict[str, Any] = {
-    "load.strain": 0.05,
-    "load.turns": [0.1],
-}  # a load that turns: of bending as well
+# Curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
+BENT = (50.0, 100.0, 150.0)
+# A load that turns: of bending as well
+THERE_AND_BACK: dict[str, Any] = {"load.strain": 0.05, "load.turns": [0.1]}
 
 NOT_KNOWN = "not known"
 SLACK = "slack, or the path ended early"
@@ -202,9 +197,8 @@ def fabric_sheet(
     maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
-    each: list[Callable[[_Maker], Any]] = [
-        partial(_Maker.bending, start=start) for start in starts
-    ]  # it takes longest
+    # Bending takes longest, and begins first.
+    each: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
     each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
     each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
     made = iter(maker.side_by_side([*each, _Maker.tied]))
