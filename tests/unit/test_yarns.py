@@ -409,6 +409,20 @@ def test_two_yarns_that_make_no_fabric_are_refused(change, message):
         load_scene("cell-course-isotropic").vary(STRIPES | change)
 
 
+def test_a_model_without_the_stiffnesses_of_a_yarn_does_not_take_another_one():
+    """Solids have a modulus in place of bending and stretching, and lie in their loops without stress."""
+    scene = load_scene("cell-course-isotropic").vary(
+        {"fidelity": "beam", "yarn.of": "cotton-30tex", "yarn.set": 0.0}
+    )
+    solid = {"fidelity": "spline_yarns", "load.start": "drawn", "yarn.diameter": 1e-4}
+    with refusal(r"yarn\.set is 0\.0 but must be 1\.0"):
+        scene.vary(solid)
+    with refusal(r"the yarn has yarn\.stretching, .*say yarn\.diameter and yarn\.youngs_modulus"):
+        scene.vary(solid | {"yarn.set": 1.0})
+    made = scene.vary(solid | {"yarn.set": 1.0, "yarn.youngs_modulus": 1e8})
+    assert (made.yarn.youngs_modulus, made.value("yarn.set"), made.value("load.start")) == (1e8, None, None)
+
+
 def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
     keys = {
         "yarn.of": "acrylic",

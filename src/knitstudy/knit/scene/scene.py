@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import OF, SECTIONS, in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import KEYS, SECTIONS, STIFFNESSES, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -46,6 +46,11 @@ from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.materials import MATERIALS
+
+FREE_OF_STRESS = {"yarn.set": 1.0}
+"""How yarns lie in drawn loops, for models that do not ask."""
+
+MODULUS, PRESSING = "yarn.youngs_modulus", KEYS["pressing"][0]
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -111,7 +116,7 @@ class Scene(Part, metaclass=SceneType):
         labels = labels_of(own, where)
         empty = [name for name, inside in document.items() if inside == {}]
         kind = Kind.of(labels, where)
-        _require_kind(kind, (*keys, *empty), yarn, flat(defaults), where)
+        _require_kind(kind, keys | dict.fromkeys(empty), yarn, flat(defaults), where)
         return _made(kind, labels, own, defaults, where)
 
     def vary(self, changes: Mapping[str, Any]) -> Scene:
@@ -134,7 +139,12 @@ class Scene(Part, metaclass=SceneType):
         before = {name: getattr(self, name) for name in Labels.model_fields}
         labels = {name: keys[name] for name in Labels.model_fields if name in keys}
         kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
-        _require_kind(kind, keys, yarn, self._own_values(), where)
+        values, implied = self._own_values(), {**FREE_OF_STRESS, **kind.part.retired}
+        for key in [key for key in keys if key in values and key in implied and not kind.has(key)]:
+            values[key] = keys.pop(key)  # a value that the other kind knows without saying it
+        _require_kind(kind, keys, yarn, values, where)
+        of_beams = {} if MODULUS in keys else {key: values.get(key) for key in (*STIFFNESSES, PRESSING)}
+        _require_all_of_yarn(kind, [key for key, value in of_beams.items() if value is not None], where)
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
@@ -386,7 +396,7 @@ def _default_of(described: type[Section], key: str) -> Any:
 
 
 def _require_kind(
-    kind: Kind, keys: Iterable[str], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
+    kind: Kind, keys: Mapping[str, Any], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
 ) -> None:
     """Refuse keys that a kind does not have, and a yarn or values from before that it would leave out."""
     given = {**before, ROWS: None, **dict.fromkeys((*keys, *yarn), "")}
@@ -404,20 +414,20 @@ def _require_kind(
 
 def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> None:
     """Refuse a yarn or a load that a kind does not model, where it would be left out; isotropic laws are alike."""
-    for key, value in kind.part.retired.items():
-        given = before.get(key, value)
+    for key, value in {**FREE_OF_STRESS, **kind.part.retired}.items():
+        given = value if kind.has(key) else before.get(key, value)
         alike = given == value or (key == "yarn.material" and not MATERIALS.find(given).directional)
         if key.startswith(("yarn.", "load.")) and not alike:
             of = f"fidelity {kind.fidelity.name} and specimen {kind.specimen.name} know no other"
             raise ConfigurationError(f"{where}: {key} is {given!r} but must be {value!r}: {of}")
 
 
-def _require_all_of_yarn(kind: Kind, given: Mapping[str, float], where: str) -> None:
+def _require_all_of_yarn(kind: Kind, given: Iterable[str], where: str) -> None:
     """Refuse a yarn with values that models of a scene's kind would silently leave out."""
     if lost := [key for key in given if key.startswith("yarn.") and key != "yarn.tex" and not kind.has(key)]:
         remedy = "take fidelity beam, or say yarn.diameter and yarn.youngs_modulus"
         of = f"which scenes of fidelity {kind.fidelity.name} do not have"
-        raise ConfigurationError(f"{where}: {OF} gives {', '.join(lost)}, {of}; {remedy}")
+        raise ConfigurationError(f"{where}: the yarn has {', '.join(lost)}, {of}; {remedy}")
 
 
 def nested(keys: Mapping[str, Any], where: str) -> dict[str, Any]:

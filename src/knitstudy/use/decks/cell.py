@@ -24,6 +24,7 @@ from knitstudy.knit.loading.history import cell_path
 from knitstudy.knit.models.spline_yarns import CellOfSplineYarns
 from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
 from knitstudy.knit.models.spline_yarns.cell import rows_of
+from knitstudy.knit.scene.kinds import word_of
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.materials import material_of
@@ -85,7 +86,7 @@ def cell_deck(scene: CellOfSplineYarns, fabric: Fabric) -> deck.Deck:
     kind = scene.interaction if law.friction else "frictionless"
     drag = DRAG * modulus * np.pi / 4 * radius**4 / (fabric.centrelines[0].length / fabric.repeats) ** 3
     return deck.Deck(
-        title=f"{scene.name}: {scene.specimen}, {scene.interaction}",
+        title=f"{scene.name}: {scene.specimen}, {word_of(scene.interaction)}",
         nodes=np.concatenate([points[used], np.zeros((2, 3))]),
         elements={f"YARN{piece.row}_{k}": own for k, (piece, own) in enumerate(parts)},
         node_sets={"HELD": inside[:1], "DRIVEN": np.array([driven])},

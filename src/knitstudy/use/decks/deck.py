@@ -21,6 +21,7 @@ from knitstudy.knit.mesh.section import Section
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
+from knitstudy.knit.scene.kinds import word_of
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
 from knitstudy.mechanics.arrays import Bools, Floats
 from knitstudy.mechanics.contact.friction import Coulomb
@@ -137,7 +138,7 @@ def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> 
         kind = scene.interaction if law.friction else "frictionless"
         interaction = Interaction(kind, law, scene.contact.penetration * size)
     return Deck(
-        title=f"{scene.name}: {scene.specimen}, {scene.interaction}",
+        title=f"{scene.name}: {scene.specimen}, {word_of(scene.interaction)}",
         nodes=parts.nodes,
         elements={f"YARN{yarn}": parts.connectivity[_elements(mesh, yarn)] for yarn in range(mesh.yarns)},
         node_sets={"HELD": np.sort(parts.ends.held), "DRIVEN": np.sort(parts.ends.driven)},
