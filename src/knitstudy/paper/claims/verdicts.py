@@ -243,12 +243,13 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     parts = ", ".join(f"{dated.get(name, 0)} {words}" for name, words in DATED.items())
     before = counts & (rules["older verdict"] == REPRODUCED)
     rose = reproduced & ~before & rules["older verdict"].notna()
+    new = reproduced & rules["older verdict"].isna()
     fell = before & verdict.isin(GRADES) & ~reproduced
     constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
     text = (
         f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
         f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "
-        f"raised {rose.sum()} of the others to reproduced, and took {fell.sum()} back. True by construction, and not "
-        f"counted: {', '.join(constructed)}."
+        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. True by "
+        f"construction, and not counted: {', '.join(constructed)}."
     )
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text
