@@ -1,5 +1,7 @@
 """The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -88,6 +90,19 @@ def test_cells_are_drawn_by_force_per_width_and_lateral_strain():
     assert lateral.get_lines()[0].get_ydata() == pytest.approx([0, -5, -10, -5, 0])
     (text,) = force.get_legend().get_texts()
     assert text.get_text() == "loss 25%"
+    sheared = cell([0.0, 0.1], [0.0, 10.0], axis=2).assign(energy=energy[:2])
+    assert [draw(sheared).axes[1].get_xlabel(), draw(sheared).axes[1].get_ylabel()] == [
+        "shear (%)",
+        "course strain (%)",
+    ]
+
+
+def test_a_branch_of_a_history_is_taken():
+    back = simulated_curve(THERE_AND_BACK, None, cycle=2, branch="unloading")  # of the last cycle there is
+    assert back.to_dict() == {0.0: 0.0, 0.1: 5.0, 0.2: 20.0}
+    assert simulated_curve(THERE_AND_BACK, None).tolist() == [0.0, 10.0, 20.0]
+    with refusal("the history has no unloading: simulate one"):
+        simulated_curve(THERE_AND_BACK.isel(increment=slice(3)), None, branch="unloading")
 
 
 FORMS = ["external", "internal", "hourglass", "penalty", "friction", "stabilisation"]
@@ -153,6 +168,17 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
         "shell.abaqus.inp",
     }
     pd.testing.assert_frame_equal(read_table(tmp_path / "curves.csv"), made[0].curves.reset_index(drop=True))
+
+
+def test_a_sheet_leaves_no_deck_of_an_earlier_one_and_names_both_yarns(made, tmp_path):
+    made[0].write(tmp_path)
+    two = made[0].scene.vary({"pattern.rows": 2, "yarn_b.diameter": 0.2e-3})
+    compressed = made[0].curves.assign(**{"wale strain [1]": -made[0].curves["course strain [1]"]})
+    few = {"course": made[0].histories["course"]}
+    page, *files = replace(made[0], scene=two, histories=few, tied=None, curves=compressed).write(tmp_path)
+    assert {file.name for file in tmp_path.iterdir()} == {page.name, *(file.name for file in files)}
+    assert "yarn 0.25 and 0.2 mm thick" in page.read_text()
+    assert not [file for file in files if file.suffix == ".inp"]
 
 
 def test_a_cell_between_plates_is_drawn_by_its_pressure(made):

@@ -1,5 +1,7 @@
 """Curves of a laboratory are read as they come, and say modulus and friction within the intervals of the fit."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -10,7 +12,7 @@ from knitstudy.errors import KnitstudyError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.run.commands.main import main
 from knitstudy.use.curve_fit import SIMULATED, fit
-from knitstudy.use.measured_curve import read_curve
+from knitstudy.use.measured_curve import Loss, at, loss_of_cycle, read_curve
 
 PLAIN = "strain (%),force_per_width_N_mm\n1,0.1\n2,0.3\n4,0.9\n"
 
@@ -52,6 +54,26 @@ def test_a_branch_of_a_cycle_is_taken(tmp_path, asked, strain, force, caplog):
     assert ("hysteresis" in caplog.text) == ("cycle" not in asked)
     with refusal(r"has 3 branches .*: no unloading of cycle 2"):
         read_curve(tmp_path / "lab.csv", {}, {}, "course", cycle=2, branch="unloading")
+
+
+@pytest.mark.parametrize(
+    ("strain", "force", "cycle", "loss"),
+    [
+        ([0.0, -0.25, -0.5, -0.25, 0.0], [0.0, -2, -4, -1, 0], 1, Loss(1.0, 0.25, 4.0)),
+        ([0.0, -0.05, -0.1], [0.0, -1, -2], 1, None),
+        ([0.0, 0.05, 0.1, 0.05, 0.0], [0.0] * 5, 1, None),
+        ([0.0, 0.05, 0.1], [0.0, 1, 2], 2, None),
+        ([0.1, 0.05, 0.0, 0.05], [2.0, 1, 0, 1], 1, None),
+    ],
+)
+def test_the_loss_of_a_cycle_is_that_of_any_first_way(strain, force, cycle, loss):
+    assert loss_of_cycle(pd.Series(force, strain), cycle) == loss
+
+
+@pytest.mark.parametrize(("count", "strain"), [(3, [0.01, 0.05]), (3, [-0.01, 0.01]), (1, [0.01])])
+def test_a_curve_is_not_extrapolated(count, strain):
+    with refusal("the simulated curve has strains from 0 to"):
+        at(pd.Series([0.0, 1.0, 4.0], [0.0, 0.01, 0.02])[:count], strain)
 
 
 def test_what_is_not_used_is_named(tmp_path, caplog):
@@ -154,9 +176,9 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     """Forces are proportional to it: of a curve without noise it is exact, and the factor of the measured one."""
     monkeypatch.chdir(tmp_path)
 
-    def knitstudy(*arguments):
+    def knitstudy(*arguments, code=0):
         ended = CliRunner().invoke(main, [str(each) for each in arguments])
-        assert ended.exit_code == 0, ended.stderr
+        assert ended.exit_code == code, ended.stderr
         return ended
 
     keys = ("pattern.loops=1", "pattern.rows=1", "rom.contacts_from=null", "mesh.beam_size=1.5", "name=cell")
@@ -181,3 +203,21 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
         assert actual[column] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
     assert (tmp_path / "runs" / "fit" / "cell-lab.png").stat().st_size > 10_000
     assert (tmp_path / "runs" / "simulation" / "cell-lab.png").stat().st_size > 10_000
+    refused = knitstudy("compare", result, "lab.csv", "--branch", "unloading", code=1).stderr
+    assert "no unloading of cycle 1" in refused
+    # Of simulations that end early, those points are used that they reach.
+    half = history.isel(increment=slice(history.sizes["increment"] * 2 // 3))
+    early = SimpleNamespace(
+        history=half, geometry=read_dataset(next((tmp_path / "runs" / "geometry").glob("*.nc")))
+    )
+    monkeypatch.setattr("knitstudy.run.simulations.simulate", lambda *_, **__: early)
+    named = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes).stderr
+    assert f"{half.sizes['increment'] - 1} of {len(table)} points" in named
+    assert read_table("runs/fit/cell-lab.csv")["value"][0] == pytest.approx(1.25 * 1.3e9, rel=1e-9)
+    monkeypatch.setattr("knitstudy.run.simulations.simulate", lambda *_, **__: pytest.fail("simulated"))
+    for option, value, message in (
+        ("--branch", "unloading", "has no unloading to fit; set load.turns"),
+        ("--check", "fidelty=spline_yarns", "did you mean 'fidelity'"),
+    ):
+        refused = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes, option, value, code=1)
+        assert message in refused.stderr

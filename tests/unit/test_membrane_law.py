@@ -16,6 +16,7 @@ from knitstudy.run.plan import Plan
 from knitstudy.run.store import described
 from knitstudy.use.decks.fabric import THICKNESS, solid_entries
 from knitstudy.use.fabric_law import States, fit_exponentials, law_of, membrane
+from knitstudy.use.measured_curve import read_curve
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
 COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))
@@ -97,6 +98,15 @@ def test_states_that_do_not_say_a_stiffness_are_refused():
     few = {name: cell for name, cell in cells(ORTHOTROPIC).items() if name in ("course", "wale")}
     with refusal("no state is strained in shear"):
         States.of(few)
+    slack = cells(ORTHOTROPIC)["shear"].assign(force_per_width=lambda cell: 0 * cell["force_per_width"])
+    with refusal("slack: has no forces; leave it out"):
+        States.of(few | {"slack": slack})
+
+
+def test_the_largest_strain_is_that_of_tension_not_of_contraction():
+    stretch = np.array([[0.3, -0.27, 0.0], [-0.045, 0.05, 0.0], [0.1, 0.2, -0.4]])
+    force = np.array([[100.0, 0.0, 0.0], [0.0, 50.0, 0.0], [80.0, -1.0, 9.0]])
+    np.testing.assert_array_equal(States(stretch, force, np.arange(3)).largest, [0.3, 0.05, 0.4])
 
 
 def command(*arguments):
@@ -130,6 +140,7 @@ def test_a_law_has_coefficients_intervals_and_decks(law):
     for dialect, count in (("abaqus", 23), ("calculix", 22)):
         text = law.with_suffix(f".{dialect}.inp").read_text()
         assert "% off the cell" in " ".join(text.replace("\n** ", " ").split())
+        assert "COURSE\n1., 0., 0., 0., 1., 0.\n3, 0.\n*MATERIAL" in text  # local 3 is the normal
         block = text.partition("*MATERIAL, NAME=FABRIC\n")[2].partition("*MEMBRANE SECTION")[0]
         numbers = [float(each) for each in " ".join(block.splitlines()[1:]).replace(",", " ").split()]
         scale = numbers[21] if dialect == "abaqus" else 1.0  # c of Fung's law, whose b is A / c
@@ -156,6 +167,17 @@ def test_a_strip_needs_less_strain_than_the_endless_fabric(law):
     assert "extrapolated" not in result.stderr
     curve = pd.read_csv(law.with_name("mine-course.csv"))
     assert curve["strain [1]"].iloc[-1] == pytest.approx(0.1)
+    read = read_curve(law.with_name("mine-course.csv"), {}, {}, "course")  # as `compare` does
+    assert read.iloc[-1] == pytest.approx(curve["force per width [N/m]"].iloc[-1])
+
+
+def test_histories_of_one_name_in_two_folders_are_two(results, tmp_path):
+    files = [tmp_path / name / "cell.nc" for name in ("course", "wale", "shear")]
+    for file in files:
+        file.parent.mkdir()
+        file.write_bytes((results / f"{file.parent.name}.nc").read_bytes())
+    assert command("membrane", *files, "-o", tmp_path / "law.nc").exit_code == 0
+    assert list(read_dataset(tmp_path / "law.nc")["path"].values) == [str(file) for file in files]
 
 
 def test_files_without_a_law_and_cells_of_two_fabrics_are_refused(results):

@@ -21,7 +21,7 @@ from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.models.spline_yarns.build import undeformed, undeformed_yarns
 from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
-from knitstudy.use.plot import draw
+from knitstudy.use.plot import draw, plot
 from knitstudy.use.solids import AROUND
 from knitstudy.use.style import figure
 from knitstudy.use.vtu import solids, spline_grid, write_series
@@ -35,6 +35,13 @@ def test_histories_are_drawn_beside_each_other():
     assert [line.get_label() for line in axes.get_lines()] == ["a", "b"]
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["a", "b"]
     assert axes.get_ylabel() == "reaction force (N)"
+    (axes,) = draw(*both * 3).axes
+    assert len({(line.get_color(), line.get_marker()) for line in axes.get_lines()}) == 6
+    with refusal("a, b: tension, shear and plates do not share axes"):
+        draw(both[0], both[1].assign_attrs(axis=2))
+    for results, colour in (((), None), (both, "u_z")):
+        with refusal("plot takes results of simulate, and one alone where it has a colour"):
+            plot(*results, colour=colour)
 
 
 def test_other_results_are_drawn_alone(knit):
@@ -315,10 +322,14 @@ def test_a_time_series_holds_all_increments(pair, space, tmp_path):
         contact_position=data["contact_reference"] + 1e-6,
     )
     data["contact_pressure"].attrs["units"] = "Pa"
-    path = tmp_path / "series.pvd"
+    path, mine = tmp_path / "series.pvd", tmp_path / "series" / "my-mesh-2.vtu"
+    mine.parent.mkdir()
+    mine.touch()
+    with refusal(r"series: must end with \.pvd"):
+        write_series(scene, path.with_suffix(""), lay_out(scene), data)
     for count in (3, 2):  # a shorter history leaves nothing of the longer one
         write_series(scene, path, lay_out(scene), data.isel(increment=slice(count)))
-        assert len(list((tmp_path / "series").iterdir())) == 2 * count
+        assert len(list((tmp_path / "series").iterdir())) == 2 * count + mine.exists()
     write_series(scene, path, lay_out(scene), data)
     reader = pyvista.get_reader(path)
     assert reader.time_values == [0.0, 0.5, 1.0]

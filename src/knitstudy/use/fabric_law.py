@@ -65,6 +65,8 @@ class States(Chosen):
             stretch = history["cell_strain"].to_numpy()
             stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
             force = history["force_per_width"].to_numpy()[: len(stretch)]
+            if not np.any(force):
+                raise DataFileError(f"{name}: has no forces; leave it out, or strain the cell more")
             parts.append(cls(stretch, force, np.full(len(stretch), name, dtype=object)))
         every = parts[0].joined(*parts[1:])
         chosen = np.isfinite(every.force).all(axis=1) & (np.abs(every.stretch).max(axis=1) > 0)
@@ -83,6 +85,13 @@ class States(Chosen):
         shear = [np.abs(part[:, 2]) / np.linalg.norm(part, axis=1) for part in (self.stretch, self.force)]
         tension = shear[0] < SHEARED
         return bool(np.all(shear[0][tension] < ALIGNED) and np.all(shear[1][tension] < ALIGNED))
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest extension (3,) in course and wale under tension along it, and largest shear of either sign."""
+        pulled = self.force[:, :2] > NOTHING * np.linalg.norm(self.force, axis=1)[:, None]
+        extension = self.stretch[:, :2].max(axis=0, initial=0.0, where=pulled)
+        return np.append(extension, np.abs(self.stretch[:, 2]).max())
 
     @property
     def scale(self) -> np.ndarray:
@@ -216,7 +225,7 @@ def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Datas
             "half_interval": ("coefficient", fit.half, interval),
             "path_error": (("path", "of_path"), np.array(list(paths.values())), one),
             "linear_form": (plane, linear.law.form, unit),
-            "largest_strain": ("axis", np.abs(states.stretch).max(axis=0), one),
+            "largest_strain": ("axis", states.largest, one),
         },
         {"coefficient": list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
     ).assign_attrs(error=fit.error, linear_error=linear.error, states=len(states.path))

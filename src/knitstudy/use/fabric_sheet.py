@@ -65,6 +65,8 @@ CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments betwee
 EVEN = 30  # increments of the path that counts; of a cycle half of them go back
 BACK = 0.02  # of the largest strain, where a cycle ends
 SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
+MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
+DECKS = (*map(MEMBRANE, LAWS), SHELL)
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
@@ -107,15 +109,17 @@ class Sheet:
         folder, notes, files = Path(folder), [*self.notes], ["numbers.csv", "curves.csv"]
         for name, table in zip(files, (self.numbers, self.curves), strict=True):
             write_table(table, folder / name)
+        for name in DECKS:  # an earlier sheet's
+            (folder / name).unlink(missing_ok=True)
         try:
             law = membrane(self.histories)
             for dialect in LAWS:
-                files.append(f"membrane.{dialect}.inp")
+                files.append(MEMBRANE(dialect))
                 write_membrane(law, folder / files[-1], dialect, self.scene.name)
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane: {error}.")
         if self.tied is not None:
-            files.append("shell.abaqus.inp")
+            files.append(SHELL)
             write_shell(self.scene, folder / files[-1], self.tied)
         picture = BytesIO()
         self.draw().savefig(picture, format="png", dpi=resolution())

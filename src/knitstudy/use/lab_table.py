@@ -71,26 +71,30 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
     numbers = [number for number, fields in lines.items() if is_row(fields)]
     above, below = ([n for n in lines if n < numbers[0]], [n for n in lines if n > numbers[-1]])
     head, named = _names([lines[number] for number in above], path)
-    rows, bad = [], []
-    for number in (n for n in lines if numbers[0] <= n <= numbers[-1]):
-        fields = lines[number]
-        if is_row(fields) and not any(fields[len(head) :]):
-            rows.append((fields + ("",) * len(head))[: len(head)])
-        elif skip_bad:
-            bad.append(number)
-        else:
-            shown = " | ".join(fields)[:60]
-            raise DataFileError(
-                f"{path}: line {number} ({shown}) is no row of the {len(head)} columns {', '.join(head)}: mend "
-                "it, or add --skip-bad"
-            )
+    if twice := next((name for name in head if name and head.count(name) > 1), None):
+        raise DataFileError(f"{path}: {head.count(twice)} columns are named {twice!r}: rename them")
+    inside = [number for number in lines if numbers[0] <= number <= numbers[-1]]
+    rows = {
+        number: (lines[number] + ("",) * len(head))[: len(head)]
+        for number in inside
+        if is_row(lines[number]) and not any(lines[number][len(head) :])
+    }
+    table = pd.DataFrame(rows.values(), rows, head).loc[:, [*map(bool, head)]]
+    fits, empty = table.apply(lambda column: column.map(_fits)), table == ""
+    words = 2 * (fits & ~empty).sum() <= (~empty).sum()  # columns that are not mostly numbers
+    table = table[(fits | words).all(axis=1)]
+    bad = [number for number in inside if number not in table.index]
+    if bad and not skip_bad:
+        shown = " | ".join(lines[bad[0]])[:60]
+        raise DataFileError(
+            f"{path}: line {bad[0]} ({shown}) is no row of the {len(head)} columns {', '.join(head)}: mend "
+            "it, or add --skip-bad"
+        )
     unused = {"above the table": above[: -len(named)], "unreadable": bad, "below the table": below}
     for where, left_out in unused.items():
         if left_out:
             some = ", ".join(map(str, left_out[:6])) + (", ..." if len(left_out) > 6 else "")
             log.warning("%s: %d lines %s are not used: %s", path, len(left_out), where, some)
-    table = pd.DataFrame(rows, columns=head)
-    table = table.loc[:, [bool(name) for name in head]]
     marks = _marks(table, separator, path)
     table = table.apply(lambda column: _converted(column, *marks))
     # Full names of columns, with units, by the names in the file
@@ -98,9 +102,16 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
     return table
 
 
+def _fits(field: str) -> bool:
+    """Return whether a field can stand in a column of numbers."""
+    return not field or bool(NUMBER.match(field))
+
+
 def _best_split(text: str, path: Path) -> tuple[Lines, str | None]:
     """Return the lines of a text, split so that most of them are rows of numbers, and the separator."""
-    texts = [line.strip("\r") for line in text.split("\n")]
+    if text.startswith("PK\x03\x04"):
+        raise DataFileError(f"{path}: is a workbook or another packed file; save the table as CSV")
+    texts = re.split("\r\n|\r|\n", text)
     said = SEPARATOR_LINE.match(texts[0].strip())
     if said:
         texts[0] = ""
@@ -109,7 +120,10 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None]:
         for number, line in enumerate(texts, 1)
         if line.strip() and not line.lstrip().startswith(COMMENT)
     }
-    splits = {mark: _split(kept, mark) for mark in ([said[1]] if said else SEPARATORS)}
+    try:
+        splits = {mark: _split(kept, mark) for mark in ([said[1]] if said else SEPARATORS)}
+    except csv.Error as error:
+        raise DataFileError(f"{path}: is no table of text ({error}); save it as CSV") from error
     count = {mark: sum(map(is_row, lines.values())) for mark, lines in splits.items()}
     best = max(count, key=lambda mark: count[mark])
     if not count[best]:
@@ -154,24 +168,26 @@ def _marks(table: pd.DataFrame, separator: str | None, path: Path) -> tuple[str,
         both = [mark for mark in ".," if mark in body]
         if len(both) == 2:
             decimal.setdefault(max(both, key=body.rfind), field)
-        elif both and not GROUPED.fullmatch(body):
+        elif both and (not GROUPED.fullmatch(body) or body.lstrip("+-").startswith("0")):
             decimal.setdefault(both[0], field)
     if len(decimal) == 2:
         raise DataFileError(f"{path}: {decimal['.']} has a decimal point and {decimal[',']} a decimal comma")
     if not decimal:
-        commas = sorted(field for field in fields if "," in field)
-        if commas and separator in (",", None):
+        # Between commas or spaces a point is a decimal one.
+        marks = "," if separator in (",", None) else ",."
+        if grouped := sorted(field for field in fields if any(mark in field for mark in marks)):
             raise DataFileError(
-                f"{path}: {commas[0]} can be a thousand times as much as with a decimal comma: write decimal points"
+                f"{path}: {grouped[0]} can be a thousand times as much as with a decimal mark: leave out marks of "
+                "thousands, or write one more decimal"
             )
-        decimal = {"," if commas else ".": ""}
+        decimal = {".": ""}
     (mark,) = decimal
     return mark, "." if mark == "," else ","
 
 
 def _converted(column: pd.Series, decimal: str, thousands: str) -> pd.Series:
     """Return a column as numbers where each of its fields is one or empty, else as it is."""
-    if not column.map(lambda field: not field or bool(NUMBER.match(field))).all():
+    if not column.map(_fits).all():
         return column
     plain = column.map(lambda field: field.translate(SPACES).replace(thousands, "").replace(decimal, "."))
     return pd.to_numeric(plain.replace("", "nan"), errors="coerce").astype(float)

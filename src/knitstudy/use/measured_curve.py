@@ -20,6 +20,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 import yaml
+from pandas.api.types import is_numeric_dtype
 from scipy.interpolate import PchipInterpolator
 
 from knitstudy.errors import DataFileError
@@ -44,26 +45,35 @@ log = logging.getLogger(__name__)
 
 LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 TURNS = 0.02  # Share of the largest strain by which it falls where a branch ends; less is noise
+SAME = 1e-9  # Share of the largest strain by which strains that are meant to be one may differ
 PRELOAD = 0.005  # Share of the largest force from which a force at no strain is a preload
 STRAIN, PULL = "{} strain [1]".format, "{} force per width [N/m]".format  # columns of `curve_table`
 THICKNESS, PRESSURE, ENERGY = "thickness [mm]", "pressure [Pa]", "energy [J/m2]"  # others
 BRANCHES = ("loading", "unloading")
 
 
-def simulated_curve(history: xr.Dataset, geometry: xr.Dataset) -> pd.Series:
-    """Return the curve of a history: of a cell its force per width, of a knit the force over its width at rest."""
+def simulated_curve(
+    history: xr.Dataset, geometry: xr.Dataset, cycle: int = 1, branch: str = "loading"
+) -> pd.Series:
+    """Return a branch of the curve of a history, by rising strain; where it has fewer cycles, of its last one.
+
+    Of a cell it is the force per width, of a knit the force over its width at rest.
+    Raises DataFileError where the history has no such branch, or no force per width.
+    """
     if "pressure" in history:
         raise DataFileError(
             "is the history of a cell between plates, which has no force per width along its load"
         )
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
-    loading = branches(curve)[0]
-    if len(loading) < len(curve):
-        log.warning(
-            "the history turns back at a strain of %.3g: its first loading is taken", loading.index[-1]
-        )
-    return loading
+    every = branches(curve)[BRANCHES.index(branch) :: 2]
+    if not every:
+        raise DataFileError(f"the history has no {branch}: simulate one, with load.turns")
+    taken = min(cycle, len(every))
+    chosen = every[taken - 1].sort_index()
+    if len(chosen) < len(curve) or taken < cycle:
+        log.warning("%s of cycle %d of the history, to %.3g, is taken", branch, taken, chosen.index[-1])
+    return chosen
 
 
 def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.DataFrame:
@@ -112,18 +122,18 @@ class Loss:
 
 
 def loss_of_cycle(curve: pd.Series, cycle: int = 1) -> Loss | None:
-    """Return the loss of a cycle of a curve; None where it does not come back to half of its strain.
+    """Return the loss of a cycle of a curve; None where it has no work, or does not come back to half of its strain.
 
     Examples
     --------
     >>> loss_of_cycle(pd.Series([0.0, 2, 4, 1, 0], index=[0.0, 0.25, 0.5, 0.25, 0.0]))
     Loss(work=1.0, share=0.25, peak=4.0)
     """
-    up, *down = branches(curve)[2 * (cycle - 1) : 2 * cycle]
-    if not down or down[0].index[-1] >= 0.5 * up.index[-1]:
+    up, *down = branches(curve)[2 * (cycle - 1) : 2 * cycle] or [curve]
+    if not down or abs(down[0].index[-1]) >= 0.5 * abs(up.index[-1]):
         return None
     work, back = (abs(float(np.trapezoid(part, part.index))) for part in (up, down[0]))
-    return Loss(work, 1 - back / work, float(up.max()))
+    return Loss(work, 1 - back / work, float(up.abs().max())) if work else None
 
 
 def left_by_cycle(curve: pd.Series) -> float:
@@ -148,7 +158,9 @@ def left_by_cycle(curve: pd.Series) -> float:
 
 
 def branches(curve: pd.Series) -> list[pd.Series]:
-    """Return the branches of a curve, loading and unloading in turn; strain that falls by less than `TURNS` is noise.
+    """Return the branches of a curve, loading and unloading in turn; strain that turns by less than `TURNS` is noise.
+
+    The first one goes the way of the first motion, under compression too.
 
     Examples
     --------
@@ -157,7 +169,8 @@ def branches(curve: pd.Series) -> list[pd.Series]:
     [[0.0, 1.0, 2.0], [2.0, 1.0, 0.5], [0.5, 2.0]]
     """
     strain = curve.index.to_numpy(dtype=float)
-    least, turns, way, far = TURNS * np.ptp(strain), [0], 1, 0
+    least, turns, far = TURNS * np.ptp(strain), [0], 0
+    way = -1 if strain[np.argmax(np.abs(strain - strain[0]) > least)] < strain[0] else 1
     for k in range(1, len(strain)):
         if way * (strain[k] - strain[far]) > 0:
             far = k
@@ -169,13 +182,19 @@ def branches(curve: pd.Series) -> list[pd.Series]:
 
 
 def at(curve: pd.Series, strain: np.ndarray) -> np.ndarray:
-    """Return the forces per width at strains on a curve, without overshoot between its points."""
-    return PchipInterpolator(curve.index, curve)(strain)
+    """Return the forces per width at strains on a curve, without overshoot between its points; never beyond them."""
+    low, high = curve.index[[0, -1]]
+    if len(curve) < 2 or np.min(strain) < low - SAME * high or np.max(strain) > high + SAME * high:
+        known, asked = (f"from {np.min(x):.3g} to {np.max(x):.3g}" for x in (curve.index, strain))
+        raise DataFileError(f"the simulated curve has strains {known}, not {asked}: change load.strain")
+    return PchipInterpolator(curve.index, curve)(np.clip(strain, low, high))
 
 
-def within(curve: pd.Series, strain: float) -> pd.Series:
-    """Return the part of a curve up to a strain, without points at rest."""
-    return curve[(curve.index > 0) & (curve.index <= strain * (1 + 1e-9))]
+def within(curve: pd.Series, *others: pd.Series) -> pd.Series:
+    """Return the part of a curve at strains that all others have, without points at rest."""
+    low, high = (pick(each.index[end] for each in others) for pick, end in ((max, 0), (min, -1)))
+    same = SAME * high
+    return curve[(curve.index > 0) & (curve.index >= low - same) & (curve.index <= high + same)]
 
 
 def read_curve(
@@ -261,7 +280,8 @@ def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
 def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, path: Path) -> pd.DataFrame:
     """Return the rows of one curve."""
     for column, value in only.items():
-        there = find("column", _columns(table), column, str(path)).astype(str)
+        values = find("column", _columns(table), column, str(path))
+        there = values.map("{:.15g}".format) if is_numeric_dtype(values) else values.astype(str)
         find(f"{column} in --only", dict.fromkeys(there), value, str(path))
         table = table[there == value]
     for column in map(str, table.select_dtypes(exclude="number")):
@@ -284,7 +304,7 @@ def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) 
     column = table.attrs["full_names"].get(column, column)
     scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
     values = find("column", _columns(table), column, f"{path}: --{name}")
-    if not pd.api.types.is_numeric_dtype(values):
+    if not is_numeric_dtype(values):
         raise DataFileError(f"{path}: {column!r} holds words: {values.iloc[0]!r}; add --{name} COLUMN UNIT")
     values = scale * values
     if name == "strain" and TRUE.search(column):
@@ -315,10 +335,6 @@ def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
     if strange := IN_BRACKETS.search(columns[0]):
         raise DataFileError(f"{path}: {columns[0]!r}: unit {strange[1]} is not known; {add}")
     ratio = name == "strain" and not LENGTHENED.search(columns[0])
-    if (
-        ratio
-        and pd.api.types.is_numeric_dtype(table[columns[0]])
-        and table[columns[0]].abs().max() <= LARGEST
-    ):
+    if ratio and is_numeric_dtype(table[columns[0]]) and table[columns[0]].abs().max() <= LARGEST:
         return columns[0], "1"
     raise DataFileError(f"{path}: {columns[0]!r} does not say its unit; {add}")

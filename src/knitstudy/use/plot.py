@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from itertools import cycle, product
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from knitstudy.errors import DataFileError
+from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.files import STRAINS
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
@@ -37,6 +38,9 @@ from knitstudy.use.style import (
 )
 from knitstudy.use.vtu import solids
 
+Look = tuple[str, str]
+LOOKS = tuple(product(("o-", "s--", "^:"), (INK, *YARNS)))  # of lines in one picture
+
 
 def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> Figure:
     """Return a picture of results of `knitstudy.simulate`: forces over strain, or the deformed knit in colours.
@@ -54,8 +58,10 @@ def plot(*results: Any, colour: str | None = None, axes: Axes | None = None) -> 
     Raises
     ------
     ConfigurationError
-        When the history does not hold the values of the colour.
+        When there is no result, or several with a colour, or the history does not hold the values of the colour.
     """
+    if not results or (colour is not None and len(results) > 1):
+        raise ConfigurationError("plot takes results of simulate, and one alone where it has a colour")
     if colour is None:
         drawing = draw(*(result.history for result in results))
     else:
@@ -83,14 +89,17 @@ def draw(dataset: xr.Dataset, *others: xr.Dataset) -> Figure:
         raise DataFileError(
             f"results of the kind {kind!r} cannot be drawn in one picture; draw one after the other"
         )
-    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
     histories = (dataset, *others)
+    if len({("pressure" in drawn, drawn.attrs.get("axis", 0) == 2) for drawn in histories}) > 1:
+        names = ", ".join(map(_name, histories))
+        raise DataFileError(f"{names}: tension, shear and plates do not share axes; draw each by itself")
+    drawing = figure(1.35 * SINGLE, SINGLE, layout="constrained")
     of_cells = all("force_per_width" in drawn for drawn in histories)
     rows = [2, 1] if of_cells else [1]
     panels = drawing.subplots(len(rows), sharex=True, squeeze=False, height_ratios=rows)[:, 0]
     one: Callable[..., None] = _cell if of_cells else _DRAWN[kind]
-    for drawn, colour in zip(histories, (INK, *YARNS), strict=False):
-        one(drawn, *panels, **({"colour": colour, "label": _name(drawn)} if others else {}))
+    for drawn, look in zip(histories, cycle(LOOKS), strict=False):
+        one(drawn, *panels, **({"look": look, "label": _name(drawn)} if others else {}))
     axes = panels[0]
     if axes.get_legend_handles_labels()[1]:
         axes.legend()
@@ -103,35 +112,36 @@ def _name(dataset: xr.Dataset) -> str:
     return f"{dataset.attrs.get('scene', '')}{' (incomplete)' if 'incomplete' in dataset.attrs else ''}"
 
 
-def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, colour: str = INK, label: str = "") -> None:
+def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, look: Look = LOOKS[0], label: str = "") -> None:
     """Draw the force per width and the lateral strain of a cell over its strain, a cycle with its loss; or pressure."""
     axis = int(history.attrs["axis"])
     way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
     if "pressure" in history:
         thickness = 1e3 * history["thickness"]
-        axes.plot(thickness, 1e-3 * history["pressure"], "o-", color=colour, label=label)
-        lateral.plot(thickness, PERCENT * table[STRAIN("course")], color=colour)
+        axes.plot(thickness, 1e-3 * history["pressure"], look[0], color=look[1], label=label)
+        lateral.plot(thickness, PERCENT * table[STRAIN("course")], color=look[1])
         axes.set_ylabel("pressure (kPa)")
         lateral.set(xlabel="thickness (mm)", ylabel="course strain (%)")
         return
     curve = force_over_strain(table, way)
     if loss := loss_of_cycle(curve):
         label = f"{label} loss {loss.share:.0%}".strip()
-    axes.plot(PERCENT * curve.index, curve, "o-", color=colour, label=label)
-    lateral.plot(PERCENT * curve.index, PERCENT * table[STRAIN(across)], color=colour)
+    axes.plot(PERCENT * curve.index, curve, look[0], color=look[1], label=label)
+    lateral.plot(PERCENT * curve.index, PERCENT * table[STRAIN(across)], color=look[1])
     axes.set_ylabel("force per width (N/m)")
-    lateral.set(xlabel="strain (%)", ylabel="lateral strain (%)")
+    names = ("strain", "lateral strain") if axis < 2 else ("shear", "course strain")
+    lateral.set(xlabel=f"{names[0]} (%)", ylabel=f"{names[1]} (%)")
 
 
-def _history(dataset: xr.Dataset, axes: Axes, colour: str = INK, label: str = "") -> None:
+def _history(dataset: xr.Dataset, axes: Axes, look: Look = LOOKS[0], label: str = "") -> None:
     if "smallest_gap" in dataset and not touched(dataset):
         axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
     unit = dataset["force"].attrs.get("units", "N")
     x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": f"reaction force ({unit})"}
     if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
         x, labels = dataset["load"], {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
-    axes.plot(x, dataset["force"], "o-", color=colour, label=label)
+    axes.plot(x, dataset["force"], look[0], color=look[1], label=label)
     axes.set(**labels)
 
 

@@ -6,6 +6,7 @@ the name, for instance ``displacement [m]``.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -19,7 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from knitstudy.errors import ConfigurationError, MeshError
+from knitstudy.errors import ConfigurationError, DataFileError, MeshError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
@@ -266,6 +267,7 @@ def _hats(nodes: Floats, x: Floats) -> Any:
 # Time series: yarns as lines, crossings with their forces, points in contact, and solids at full load. Points are
 # undeformed and carry `SHIFTED`, for the filter Warp By Vector.
 
+OWN = re.compile(r"(yarns|crossings|contact)-\d{4,}\.vtu")  # names of grids
 NO_FIELDS = ("increment", "position", "reference", "cell", "displacement", "tied")
 """Variables of points in contact, ``contact_...``, and crossings, ``crossing_...``, that are no fields."""
 
@@ -277,9 +279,11 @@ def write_series(
 
     Its times are strains, or load factors where strain does not increase all the way. Solids are there where the
     history holds the displacement of their nodes: with output ``fields``, at the last increment.
-    Raises DataFileError if a file cannot be written.
+    Raises DataFileError if the name has another ending, or a file cannot be written.
     """
-    path, crossings = Path(path), fabric_of(geometry).crossings.point.mean(axis=1)
+    if (path := Path(path)).suffix != ".pvd":
+        raise DataFileError(f"{path}: must end with .pvd")
+    crossings = fabric_of(geometry).crossings.point.mean(axis=1)
     folder, (times, meaning) = path.with_suffix(""), times_of(history)
     entries = []
     for number, time in enumerate(times.tolist()):
@@ -301,8 +305,9 @@ def write_series(
     write_text(
         "\n".join([head, comment, "  <Collection>", *lines, "  </Collection>", "</VTKFile>", ""]), path
     )
-    for old in set(folder.glob("*-[0-9]*.vtu")) - {path.parent / file for _, _, file in entries}:
-        old.unlink()  # increments that this history does not have
+    for old in set(folder.glob("*.vtu")) - {path.parent / file for _, _, file in entries}:
+        if OWN.fullmatch(old.name):
+            old.unlink()  # increments that this history does not have
 
 
 def times_of(history: xr.Dataset) -> tuple[np.ndarray, str]:

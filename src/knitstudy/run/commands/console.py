@@ -70,6 +70,23 @@ def plain(value: Any) -> str:
     return text.removesuffix("\n...\n").strip()
 
 
+class FileOf(click.Path):
+    """A file with an ending, so that what is written is never another file of a result."""
+
+    def __init__(self, suffix: str) -> None:
+        super().__init__(path_type=Path, dir_okay=False)
+        self.suffix = suffix
+
+    def convert(self, value: Any, param: Any, ctx: Any) -> Any:
+        """Return the path."""
+        if Path(value).suffix != self.suffix:
+            self.fail(f"{value} must end with {self.suffix}", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+CSV, NC = FileOf(".csv"), FileOf(".nc")
+
+
 class Change(click.ParamType):  # type: ignore[type-arg]  # which click 8.2 does not have
     """One ``key=value``: a dotted key of a scene and a YAML value."""
 

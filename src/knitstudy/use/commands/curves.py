@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
+WAY = ("cycle", "branch")
 # With these given, forces are not proportional to the modulus
 OF_YARN = ("stretching", "bending", "twisting", "pressing")
 STIFFNESSES = (
@@ -71,9 +72,9 @@ def _read(measured: Path, direction: str, named: dict[str, Any]) -> tuple[pd.Ser
     """Return the measured curve of a direction, and its name."""
     from knitstudy.use.measured_curve import read_curve
 
-    only = dict(pair.partition("=")[::2] for pair in named.pop("only"))
-    how = {name: named.pop(name) for name in ("cycle", "branch", "skip_bad")}
-    given = {name: value for name, value in named.items() if value is not None}
+    only = dict(pair.partition("=")[::2] for pair in named["only"])
+    how = {name: named[name] for name in (*WAY, "skip_bad")}
+    given = {name: value for name, value in named.items() if value is not None and name not in ("only", *how)}
     curve = read_curve(measured, given, only, direction, **how)
     return curve, "-".join((measured.stem, *map(safe_name, only.values())))
 
@@ -103,7 +104,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
 
     Columns and units are read from such names. Other names are given once, by options, and stored in
     MEASURED.columns.yaml. Of several curves the command takes the curve of the result's direction; --only chooses among
-    others. Unloading is left out.
+    others. Of cycles the first loading is compared, of both; --cycle and --branch choose another.
 
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv
@@ -122,8 +123,9 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     whole, name = _read(measured, direction, named)
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
-    simulated = simulated_curve(history, STAGES["geometry"].function(scene))
-    curve, reach = within(whole, simulated.index[-1]), f"{100 * simulated.index[-1]:.3g} % strain"
+    way = {name: named[name] for name in WAY}
+    simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)
+    curve, reach = within(whole, simulated), f"{100 * simulated.index[-1]:.3g} % strain"
     if curve.empty:
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
     strains = curve.index.to_numpy(dtype=float)
@@ -183,9 +185,9 @@ def fit(
     knitstudy fit jersey.yaml lab.csv --check fidelity=spline_yarns
     knitstudy fit yarns-tie-course lab.csv       tied yarns: the modulus alone, from one simulation
 
-    A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points up to
-    the scene's load.strain are used. Table and picture are written to the folder fit of the results; the last line is
-    what to add to `knitstudy run`.
+    A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points are
+    used up to the strain that all simulations reach. Table and picture are written to the folder fit of the results;
+    the last line is what to add to `knitstudy run`.
     """
     from knitstudy.knit.loading.run import Progress
     from knitstudy.run.simulations import simulate
@@ -196,16 +198,19 @@ def fit(
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
+    way, turns = {name: named[name] for name in WAY}, chosen.value("load.turns") or ()
+    if way["branch"] == "unloading" and not turns:
+        raise ConfigurationError(f"scene {chosen.name!r}: has no unloading to fit; set load.turns")
+    if check:
+        chosen.vary(dict(check))  # refuses unknown keys before anything is simulated
     whole, name = _read(measured, direction, named)
-    curve = within(whole, chosen.load.strain)
-    counted = f"{len(curve)} of {len(whole)} points"
-    click.echo(f"{measured}: {counted}, up to load.strain, {chosen.load.strain:g}", err=True)
+    curve = within(whole, pd.Series(0.0, [0.0, max((chosen.load.strain, *turns))]))
     if len(curve) < curve_fit.LEAST:
         raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
     plan, slides = console.plan_with(scene, config), chosen.value(FRICTION) is not None
 
-    def forces(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, np.ndarray]:
-        """Return the forces of all frictions that can be simulated."""
+    def simulations(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, pd.Series]:
+        """Return the curves of all frictions that can be simulated."""
         curves = {}
         for friction in map(float, frictions):
             varied = chosen.vary({FRICTION: friction, **more} if slides else more)
@@ -216,25 +221,29 @@ def fit(
                     raise
                 click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
                 continue
-            curves[friction] = at(
-                simulated_curve(results.history, results.geometry), curve.index.to_numpy(dtype=float)
-            )
+            curves[friction] = simulated_curve(results.history, results.geometry, **way)
         return curves
 
+    def forces(curves: Mapping[float, pd.Series]) -> dict[float, np.ndarray]:
+        """Return the forces of curves by friction at the strains of the measured points."""
+        return {friction: at(each, curve.index.to_numpy(dtype=float)) for friction, each in curves.items()}
+
     with log_on_console(verbose=False):
-        simulated = forces(
+        simulated = simulations(
             np.linspace(min(between), max(between), curve_fit.SIMULATED) if slides else [0.0], {}
         )
         if slides and len(simulated) < 3:
             count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
-        more_accurate = (lambda frictions: forces(frictions, dict(check))) if check else None
-        fitted = curve_fit.fit(curve.to_numpy(), simulated, more_accurate)
+        curve = within(curve, *simulated.values())
+        click.echo(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
+        more_accurate = (lambda frictions: forces(simulations(frictions, dict(check)))) if check else None
+        fitted = curve_fit.fit(curve.to_numpy(), forces(simulated), more_accurate)
     moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
     values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
     values |= {FRICTION: fitted.friction} if slides else {}
     table = _printed(fitted, values)
-    curves = {"measured": whole, "fit": pd.Series(np.append(0, fitted.forces), np.append(0, curve.index))}
+    curves = {"measured": whole, "fit": pd.Series(fitted.forces, curve.index)}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))

@@ -12,14 +12,14 @@ import pandas as pd
 from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS, read_dataset, write_dataset, write_table
 from knitstudy.run.commands import console
-from knitstudy.run.commands.console import FILE, SIZE, THERE
+from knitstudy.run.commands.console import CSV, NC, SIZE, THERE
 
 SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains are printed
 
 
 @click.command()
 @click.argument("results", type=THERE, nargs=-1, required=True)
-@click.option("-o", "--output", type=FILE, default="membrane.nc", show_default=True, help="File of the law.")
+@click.option("-o", "--output", type=NC, default="membrane.nc", show_default=True, help="File of the law.")
 @click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
 def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
@@ -37,7 +37,9 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     from knitstudy.use import fabric_law
     from knitstudy.use.decks.fabric import LAWS, write_membrane
 
-    histories = {path.stem: read_dataset(path) for path in results}
+    stems = [path.stem for path in results]
+    names = stems if len({*stems}) == len(stems) else map(str, results)
+    histories = {name: read_dataset(path) for name, path in zip(names, results, strict=True)}
     _require_one_fabric(results)
     fitted = fabric_law.membrane(histories, error=error)
     write_dataset(fitted, output)
@@ -71,7 +73,7 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
 @click.option("--width", type=SIZE, required=True, help="Width of the clamped edge at rest [m].")
 @click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
 @click.option("--direction", type=click.Choice(STRAINS[:2]), default="course", show_default=True)
-@click.option("-o", "--output", type=FILE, help="File of the curve (.csv); default: beside the law.")
+@click.option("-o", "--output", type=CSV, help="File of the curve (.csv); default: beside the law.")
 def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
@@ -93,7 +95,7 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     )
     table = pd.DataFrame({"strain [1]": pulled["strain"], "force per width [N/m]": pulled["force_per_width"]})
     table["width half way over width at rest [1]"] = pulled["waist"].to_numpy()
-    table["force per width, free across [N/m]"] = free["force_per_width"].to_numpy()
+    table["free across [N/m]"] = free["force_per_width"].to_numpy()
     write_table(table, path)
     forces = np.array(SHARES) * float(min(pull["force_per_width"][-1] for pull in (pulled, free)))
     strains = [strain_at(pull, forces) for pull in (pulled, free)]

@@ -65,7 +65,7 @@ def _naming(file: Path) -> Iterator[None]:
 )
 @click.option(
     "--curve",
-    type=console.FILE,
+    type=console.CSV,
     help="Write strains, forces per width and energy of a history as well (.csv).",
 )
 @click.option(
@@ -109,8 +109,10 @@ def show(
     knitstudy show results/tables/simulation_tie.csv
     """
     if file.suffix == ".csv":
-        if plot is not None or keys or other is not None:
-            raise click.UsageError("--plot draws netCDF files; tables have no keys, and are not compared")
+        if any((plot, keys, other, curve, pictures)):
+            raise click.UsageError(
+                "--plot draws netCDF files; a table (.csv) is printed, without other options"
+            )
         table = read_table(file)
         print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
         return

@@ -22,6 +22,7 @@ SQUARE = """** Local 1 is the course direction, 2 the wale direction.
 1, 1, 2, 3, 4
 *ORIENTATION, NAME=COURSE
 1., 0., 0., 0., 1., 0.
+3, 0.
 """
 
 # Stiffness of an endless knit at rest, as a shell section of Abaqus
@@ -34,8 +35,7 @@ SHELL = """*HEADING
 ** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
 ** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
 ** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
-{square}3, 0.
-** {entries}
+{square}** {entries}
 *SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
 {data}
 """
