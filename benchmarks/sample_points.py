@@ -9,16 +9,18 @@ from typing import Any
 
 from scipy.stats.qmc import Sobol
 
-from knitstudy.run.advice.sample import LARGE, Case, Inputs, Trade
+from knitstudy.run.advice.sample import SMALL, TOUCHING, Case, Inputs, Trade
+
+SLIPS = 0.5  # Share of the knits whose yarns slip at small strains, too
 
 
-def points_of(trade: Trade) -> Iterator[Inputs]:
-    """Yield points of the box without end, the same ones every time."""
+def points_of(trade: Trade) -> Iterator[tuple[Inputs, bool]]:
+    """Yield points of the box, and whether their yarns slip, without end, the same ones every time."""
     sampler = Sobol(len(trade.box) + 1, seed=trade.seed)
     while True:
         for *shares, slips in sampler.random(64):
             point = {name: _between(trade.box[name], u) for name, u in zip(trade.box, shares, strict=True)}
-            yield Inputs(**point | {"friction": point["friction"] if slips < 0.5 else inf})
+            yield Inputs(**point), slips < SLIPS
 
 
 def _between(ends: list[Any], share: float) -> Any:
@@ -30,9 +32,14 @@ def _between(ends: list[Any], share: float) -> Any:
     return float(f"{low + share * (high - low):.4g}")
 
 
-def drawn(trade: Trade, case: Case, point: Inputs) -> Inputs:
-    """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does."""
+def drawn(trade: Trade, case: Case, point: Inputs, slips: bool) -> Inputs:
+    """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does.
+
+    Yarns that touch slip at large strains, and at small ones where the point says so.
+    """
+    if case.path == SMALL:
+        return point if slips or case.yarns != TOUCHING else replace(point, friction=inf)
     low, high = trade.box["strain"]
-    first, last = trade.large.strain
+    first, last = trade.strains(case)
     strain = first + (last - first) * (point.strain - low) / (high - low)
-    return replace(point, strain=float(f"{strain:.4g}")) if case.strains == LARGE else point
+    return replace(point, strain=float(f"{strain:.4g}"))

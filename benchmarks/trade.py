@@ -1,6 +1,7 @@
 """What accuracy costs, on knits of a sample: all model settings of config/trade.yaml on one knit after the other.
 
     python benchmarks/trade.py --first 48     # or less, or more; a run that was stopped goes on
+    python benchmarks/trade.py --cases cell-touching-large,cell-touching-cycle    # the others stay as they are kept
 
 Every run leaves a record in results/trade, named by a digest of its keys. The table of errors and prices is written
 after every knit to results/trade/trade.csv, and kept in resources/trade.csv and drawn in docs/notes/trade.webp at the
@@ -11,9 +12,10 @@ from __future__ import annotations
 
 import argparse
 import json
+import os
 import shutil
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import asdict
 from itertools import islice
 from math import isinf
@@ -37,7 +39,9 @@ from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
-SCRATCH = Path("run/trade")  # Results of the runs of one knit, so that model settings share a geometry
+SCRATCH = Path("run/trade") / str(
+    os.getpid()
+)  # of the runs of one knit, so that model settings share a geometry
 
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
 
@@ -50,11 +54,11 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
     `outcomes` are those that are known already.
     """
     rows, count = [], 0
-    for inputs in islice(points_of(trade), MOST_TRIED * first):
+    for inputs, slips in islice(points_of(trade), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
         name = f"knit{count:03}" if outcome == FOUND else ""
-        rows.append({"knit": name, "outcome": outcome} | asdict(inputs))
+        rows.append({"knit": name, "outcome": outcome, "slips": slips} | asdict(inputs))
         if count == first:
             return pd.DataFrame(rows)
     found = f"only {count} of {len(rows)} points have a loop"
@@ -74,12 +78,20 @@ def code_of(problem: Problem, setting: str) -> str:
     return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
 
 
-def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.DataFrame:
+def measure_sample(
+    first: int, folder: Path = SAMPLE, anew: bool = False, only: Collection[str] = ()
+) -> pd.DataFrame:
     """Run all model settings on the first knits of the sample, one after the other, and return their errors and prices.
 
-    Records of other code are used as well, with a message, unless `anew` makes them again.
+    Records of other code are used as well, with a message, unless `anew` makes them again; `only` are cases, or all.
     """
     trade, listed = load_trade(), folder / "knits.csv"
+    cases = [case for case in trade.cases() if not only or str(case) in only]
+    if unknown := set(only) - set(map(str, cases)):
+        known_cases = ", ".join(map(str, trade.cases()))
+        raise ConfigurationError(
+            f"--cases: there is no {', '.join(sorted(unknown))}; there are {known_cases}"
+        )
     problems, records, other = {}, {}, 0
     for number in range(first):
         before = read_table(listed).to_dict("records") if listed.is_file() else ()
@@ -89,8 +101,8 @@ def measure_sample(first: int, folder: Path = SAMPLE, anew: bool = False) -> pd.
             write_table(points, listed)
         knit, point = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
         fresh = False
-        for case in (each for each in trade.cases() if trade.settings_of(each, number)):
-            inputs = drawn(trade, case, point)
+        for case in (each for each in cases if trade.settings_of(each, number)):
+            inputs = drawn(trade, case, point, bool(points.iloc[-1]["slips"]))
             name = f"{knit}-{case}"
             problem = problems[knit, case] = Problem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
@@ -174,13 +186,19 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
 
 
 def keep(table: pd.DataFrame) -> str:
-    """Keep the errors and prices of the sample, and draw them; return what was kept."""
+    """Keep the errors and prices of the sample, and draw them; return what was kept. Other cases stay as they are."""
     trade = load_trade()
     first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
     table = table[table["knit"].isin(first)]
     counted = f"{len(first)} of {trade.knits}"
     kept = stamped(table, "make trade", knits=counted)
-    keep_drawn(kept, TRADE_KEPT, draw(table, bounds(table, trade)), "What accuracy costs")
+    if TRADE_KEPT.is_file():
+        before, cases = read_table(TRADE_KEPT), list(map(str, trade.cases()))
+        others = before[before["case"].isin(set(cases) - set(table["case"]))]
+        kept = pd.concat([others, kept]).sort_values(
+            "case", key=lambda of: of.map(cases.index), kind="stable"
+        )
+    keep_drawn(kept, TRADE_KEPT, draw(kept, bounds(kept, trade)), "What accuracy costs")
     failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "model setting"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
@@ -188,9 +206,12 @@ def keep(table: pd.DataFrame) -> str:
 if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--first", type=int, default=48, help="knits of the sample")
+    parser.add_argument(
+        "--cases", type=lambda text: text.split(","), default=[], help="cases to measure, all"
+    )
     parser.add_argument("--anew", action="store_true", help="measure knits even if their records are there")
     asked = parser.parse_args()
     try:
-        print(keep(measure_sample(asked.first, anew=asked.anew)))
+        print(keep(measure_sample(asked.first, anew=asked.anew, only=asked.cases)))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

@@ -51,7 +51,7 @@ def made(path, count):
     """Write a table of so many knits, and of one without a reference value."""
     trade, random = load_trade(), np.random.default_rng(1)
     rows = []
-    for number, inputs in enumerate(islice(points_of(trade), count)):
+    for number, (inputs, _) in enumerate(islice(points_of(trade), count)):
         for (specimen, yarns), settings in MEASURED.items():
             problem = Problem(trade.scene(Case(specimen, yarns), inputs, f"k{number}"), trade)
             scatter = random.uniform(0.95, 1.0)
@@ -106,6 +106,45 @@ def test_outside_of_the_box_nothing_is_promised(ask, key, value, message):
     assert "`knitstudy measure yarns-tie-course`" in str(raised.value)
 
 
+def test_a_loop_of_control_points_counts_by_its_length(ask):
+    """That of the study is 30.8 diameters long, 3.4 % over that of Peirce; not 1."""
+    problem, _, _ = problem_of("yarns-tie-course", {})
+    assert problem.length == pytest.approx(1.034, abs=1e-3)
+    actual = choose(problem, Requirements(question="force", accuracy=0.05), "").promises.basis
+    assert actual.endswith("drawn for spacings and length, and this one has control points")
+
+
+def test_measurements_of_a_knit_are_of_its_loop_its_cells_and_its_cycle():
+    own, _, _ = problem_of("yarns-isotropic-course", {})
+    assert own.digest != Problem(own.scene.vary({"geometry.alpha": 7.0})).digest
+    keys = LOOP | {
+        "fidelity": "spline_yarns",
+        "interaction": "isotropic",
+        "load.turns": [0.2],
+        "load.strain": 0.03,
+    }
+    cell = load_scene("cell-course").vary(keys)
+    others = (
+        {},
+        {"load.strain": 0.05},
+        {"load.turns": [0.2, 0.1, 0.2]},
+        {"pattern.loops": 2, "pattern.rows": 2},
+    )
+    assert len({Problem(cell.vary(changes)).digest for changes in others}) == len(others)
+
+
+def test_a_cycle_has_one_turn_and_comes_back(ask):
+    cell = LOOP | {"interaction": "isotropic", "load.strain": 0.03, "load.turns": [0.2]}
+    there = Problem(load_scene("cell-course").vary({"fidelity": "spline_yarns"} | cell))
+    assert (str(there.case), there.inputs.strain, there.outside) == ("cell-touching-cycle", 0.2, "")
+    for changes, message in (
+        ({"load.turns": [0.2, 0.03, 0.2]}, "load.turns is [0.2, 0.03, 0.2]"),
+        ({"load.strain": 0.1}, "load.strain 0.1, but models were measured with one turn and back to 30%"),
+        ({"load.turns": [0.7]}, "load.turns is 0.7, but models were measured from 0.05 to 0.6"),
+    ):
+        assert message in Problem(there.scene.vary(changes)).outside
+
+
 def test_stops_of_the_load_have_their_price(ask):
     """Networks were measured in five increments: 50 that a scene asks for take ten times as long."""
     one, other = (
@@ -135,9 +174,10 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     )
     with refusal(r"yarn\.poisson_ratio is 0\.48"):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
-    choice.OWN.write_text("error [1]\nlarge\n")
-    with refusal(r"measured\.csv: is no table of errors and prices"):
-        ask(accuracy=0.5)
+    for text in (b"error [1]\nlarge\n", ",".join(choice.COLUMNS[:-1]).encode(), "Länge".encode("latin-1")):
+        choice.OWN.write_bytes(text)
+        with refusal(r"measured\.csv: is no table of errors and prices"):
+            ask(accuracy=0.5)
 
 
 @pytest.mark.parametrize(("asks", "message"), REFUSED["questions"])
@@ -167,6 +207,7 @@ def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept,
     assert taken.startswith("take network: error at most ")
     assert offer.startswith("if no edges matter, specimen: cell by yarns2")
     assert sum(line.endswith("\ttaken") for line in rest) == 1
+    assert rest[-1] == "--set fidelity=rom3d --set rom.joint=patch --set solver.increments=5"
     monkeypatch.setattr(choice, "TRADE_KEPT", made(tmp_path / "few.csv", 5))
     (message,) = planned("0.05").stderr.splitlines()
     assert "5 knits have been measured of cut-knit-tied (few.csv): a promise takes 12" in message

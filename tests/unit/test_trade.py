@@ -14,7 +14,7 @@ from sample_points import drawn, points_of
 from trade import FOUND, measure_sample, sampled
 
 from knitstudy.errors import GeometryError, KnitstudyError
-from knitstudy.measures.questions import BEAM_SLIP, QUESTIONS, TOTAL, answers, curve_force
+from knitstudy.measures.questions import BEAM_SLIP, LOSS, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, load_trade
@@ -78,22 +78,23 @@ def test_the_sample_is_the_same_every_time_and_replaces_loops_that_cannot_be_mad
     assert len(knits) == 48 < len(table)
     assert knits["course"].between(4, trade.box["course"][1]).all()
     assert set(knits["direction"]) == {"course", "wale"}
-    assert 0.3 < np.isinf(knits["friction"]).mean() < 0.7
-    known = {inputs: "known" for inputs in islice(points_of(trade), 240)}
+    assert 0.3 < knits["slips"].mean() < 0.7
+    known = {inputs: "known" for inputs, _ in islice(points_of(trade), 240)}
     with refusal(r"only 0 of 240 points have a loop"):
         sampled(trade, 12, known)
 
 
 def test_a_knit_is_its_inputs_at_any_scale(trade):
     for case in trade.cases():
-        for point in islice(points_of(trade), 8):
-            inputs = drawn(trade, case, point)
+        for point, slips in islice(points_of(trade), 8):
+            inputs = drawn(trade, case, point, slips)
             problem = Problem(trade.scene(case, inputs), trade)
             assert problem.outside == ""
             assert problem.digest == Problem(problem.scene.scaled(1e-3, 1e6), trade).digest
             assert problem.case == case
             there = problem.inputs
             assert (there.course, there.wale) == pytest.approx((inputs.course, inputs.wale))
+            assert there.strain == inputs.strain
             if case.specimen == "cut_knit":
                 cell = problem.endless()
                 assert cell.inputs.direction == inputs.direction
@@ -103,7 +104,7 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
     case = Case("cut_knit", "touching")
-    inputs = replace(next(points_of(trade)), friction=0.3, loops=3, rows=3)
+    inputs = replace(next(points_of(trade))[0], friction=0.3, loops=3, rows=3)
     scene = trade.scene(case, inputs).vary(trade.settings_of(case)["beams"])
     middle = slice(16, 20)  # of 36 crossings: row by row, column by column, four a cell
     force, slip = np.full((2, 36, 3), 99.0), np.full((2, 36), 99.0)
@@ -115,8 +116,27 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     assert actual == pytest.approx({TOTAL: 2.0, BEAM_SLIP: 3e-6})
 
 
+def test_a_cycle_loses_the_work_of_its_turn_less_what_comes_back(trade):
+    """3 J up to the turn, 1 J back until the force ends; to press the cell on takes work again."""
+    case = Case("cell", "touching", "cycle")
+    scene = trade.scene(case, drawn(trade, case, *next(points_of(trade)))).vary({"fidelity": "beam"})
+    work = xr.DataArray(
+        [[0.0, 1.0, 3.0, 2.0, 2.5]], coords={"form": ["external"]}, dims=("form", "increment")
+    )
+    history = xr.Dataset({"energy": work, "strain": ("increment", [0.0, 0.1, 0.2, 0.1, 0.06])})
+    actual = {name: answers(each, scene, history, None, 0.2) for name, each in QUESTIONS.items()}
+    assert {name: each for name, each in actual.items() if each} == {"loss": {LOSS: 2.0}}
+
+
+def test_yarns_slip_at_large_strains_even_where_they_do_not_at_small_ones(trade):
+    point, _ = next(points_of(trade))
+    small, large, cycle = (Case("cell", "touching", path) for path in ("small", "large", "cycle"))
+    assert np.isinf(drawn(trade, small, point, slips=False).friction)
+    assert {drawn(trade, case, point, slips=False).friction for case in (large, cycle)} == {point.friction}
+
+
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
-    point = next(points_of(trade))
+    point, _ = next(points_of(trade))
     cells = [trade.scene(Case("cell", "touching"), replace(point, friction=each)) for each in (0.3, np.inf)]
     assert ["beams" in Problem(cell, trade).settings for cell in cells] == [True, False]
 
@@ -192,7 +212,7 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
     monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
     hasty = trade.model_copy(update={"limit": 60})
-    record = run(Problem(trade.scene(case, next(points_of(trade))), hasty), "yarns2", tmp_path)
+    record = run(Problem(trade.scene(case, next(points_of(trade))[0]), hasty), "yarns2", tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})
 
@@ -201,6 +221,13 @@ def test_a_pair_is_no_knit_to_measure(tmp_path):
     pair, *_ = problem_of("pair-slid-coarse", {})
     with refusal("specimen is pair, but models are measured on knits"):
         measure(pair, tmp_path)
+
+
+@pytest.mark.parametrize("changes", [{"load.strain": -0.02}, {"load.largest_force": 10.0}])
+def test_models_are_compared_in_tension_to_a_strain(changes, tmp_path):
+    problem, *_ = problem_of("cell-course", {"load.strain": 0.02} | changes)
+    with refusal("models are compared in tension and to a strain"):
+        measure(problem, tmp_path)
 
 
 def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):

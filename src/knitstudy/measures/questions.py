@@ -30,6 +30,7 @@ from knitstudy.measures.response import (
 
 TOTAL, BEAM_SLIP = "mean force of a crossing", "mean slip of a crossing of beams"
 PRESSURE = "mean normal stress of a contact"
+LOSS = "work lost in a cycle"
 ZONES = 4  # Crossings of a cell: they are numbered row by row, column by column, zone by zone
 
 
@@ -77,6 +78,7 @@ QUESTIONS: dict[str, Question] = {
             dict.fromkeys(_SOLIDS, (NORMAL, TANGENTIAL, SLIP)) | {"beam": (TOTAL, BEAM_SLIP)},
         ),
         Question("stress", "normal stress at a contact", dict.fromkeys(_SOLIDS, (PRESSURE,))),
+        Question("loss", "work lost in a cycle", dict.fromkeys((*_SOLIDS, "beam"), (LOSS,))),
     )
 }
 
@@ -86,8 +88,16 @@ def answers(
 ) -> dict[str, float]:
     """Return the quantities that answer a question at a strain of the history; none where a model cannot.
 
-    Slip is an answer for friction only. Contacts come from a direct simulation.
+    Slip is an answer for friction only. Contacts come from a direct simulation. Where the load turns back, the work
+    that does not come back is the only answer.
     """
+    cycle = bool(scene.value("load.turns"))
+    if cycle or question.name == "loss":
+        work, turn = history["energy"].sel(form="external"), int(history["strain"].to_numpy().argmax())
+        lost = work[
+            turn:
+        ].min()  # up to where the force ends: to press the cell further back takes work again
+        return {LOSS: float(lost)} if cycle and question.name == "loss" else {}
     wanted = [*question.by.get(scene.fidelity, ())]
     if scene.interaction != "isotropic":
         wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]

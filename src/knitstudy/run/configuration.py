@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -197,11 +198,17 @@ def choice_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> C
 
 
 def asked_of(
-    name: str, changes: Mapping[str, Any], config: Path = CONFIG
+    name: str,
+    changes: Mapping[str, Any],
+    config: Path = CONFIG,
+    ask: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[Problem, Requirements, str]:
-    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages."""
+    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages.
+
+    `ask` has the requirements that neither the scene nor the changes have.
+    """
     problem, keys, where = problem_of(name, changes, config)
-    wish = {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
+    wish = {**ask} | {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
     return problem, validated(Requirements, wish, where, "ask."), where
 
 

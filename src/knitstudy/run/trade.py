@@ -28,7 +28,7 @@ from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import MEGABYTE, memory_growth
-from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS
+from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_rows
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Trade
 from knitstudy.run.plan import Plan
@@ -193,13 +193,17 @@ def measure(problem: Problem, folder: Path) -> pd.DataFrame:
     named = replace(
         problem, scene=scene.labelled({"name": f"{scene.name}-{short}", "knit": f"{scene.knit}-{short}"})
     )
-    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
+    if problem.inputs.strain < 0 or scene.value("load.largest_force") is not None:
+        which = "in tension and to a strain: leave out load.largest_force, or take a load.strain > 0"
+        raise ConfigurationError(f"scene {scene.name!r}: models are compared {which}")
+    measured_rows(OWN)  # which refuses a table of something else
     settings = problem.trade.settings_of(problem.case)
     records = [run(named, setting, folder, say=True) for setting in settings]
     of = (scene.name, problem.case)
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
+    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
     others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

@@ -51,12 +51,12 @@ class Requirements(Section):
     model.
     """
 
-    question: Literal["force", "curve", "out_of_plane", "contact", "stress"] = output(
+    question: Literal["force", "curve", "out_of_plane", "contact", "stress", "loss"] = output(
         "choice",
         allowed="force (at full load), curve (force from a tenth of the strain on), out_of_plane (motion), "
-        "contact (force and slip) or stress (normal stress at a contact)",
+        "contact (force and slip), stress (normal stress at a contact) or loss (work that a cycle loses)",
     )
-    """Quantity that the model is chosen for. Checked: all five."""
+    """Quantity that the model is chosen for. Checked: all six."""
     accuracy: float = output("choice", meaning="the largest relative error", gt=0, le=10)
     """Bound of the promised error of the model at full load (accuracy.md). Checked: made-up samples."""
     seconds: float | None = output("choice", unit="s", default=None, gt=0)
@@ -70,6 +70,9 @@ class Requirements(Section):
     )
     """Models to choose from. Checked: single ones."""
 
+
+DEFAULT_ASK = {"question": "force", "accuracy": 0.05}
+"""What `knitstudy plan` answers where nothing is asked."""
 
 BESIDE = {"force": "curve", "curve": "force"}
 """Questions whose errors are printed as well: a model that is accurate at full load may not be so before it."""
@@ -128,6 +131,8 @@ class Promises:
         basis += f", by {count} that were measured"
         if without := len(measured_knits(rows, case, known=False)):
             basis += f" and without {without} on which solid yarns did not end"
+        if problem.scene.value("pattern.control_points") is not None:
+            basis += "; their loops are drawn for spacings and length, and this one has control points"
         return cls(problem, rows, basis)
 
     def settings(self, question: str) -> list[ModelSetting]:
@@ -291,9 +296,12 @@ def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:
 
 @cache
 def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
     try:
+        with path.open(newline="", encoding="utf-8") as file:
+            table = csv.DictReader(file)
+            rows, missing = list(table), {*COLUMNS} - {*(table.fieldnames or ())}
+        if missing:
+            raise KeyError(*sorted(missing))
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"

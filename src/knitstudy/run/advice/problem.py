@@ -12,6 +12,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.keys import lists
 from knitstudy.knit.scene.scene import Scene, digest, rounded
 from knitstudy.run.advice.sample import (
+    CYCLE,
     INPUT_KEYS,
     LARGE,
     OF_CONTACT,
@@ -41,11 +42,11 @@ FREE = {
     "yarn.diameter",
     "yarn.youngs_modulus",
     "load.deformation",
-    "geometry.alpha",
-    "geometry.free",
 }
-"""Physical keys whose values may differ from the sample: inputs stand for them, results scale with them, or they do
-not concern a loop without control points."""
+"""Physical keys that inputs stand for, or that results scale with."""
+
+OF_LOOP = {"geometry.alpha", "geometry.free", "pattern.control_points"}
+"""Physical keys of a loop with control points: its length stands for them beside the sample."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +68,7 @@ class Problem:
             wale,
             (pattern.loop_length or peirce * d) / (peirce * d),
             scene.yarn.poisson_ratio,
-            load.strain,
+            self.turns[0] if self.turns else load.strain,
             scene.friction if scene.kind.interaction.touches else 0.0,
             1 if endless else pattern.loops,
             1 if endless else pattern.rows,
@@ -77,24 +78,45 @@ class Problem:
         )
 
     @cached_property
+    def length(self) -> float:
+        """The yarn in a loop over that in Peirce's; of control points once they are at their optimum."""
+        if self.scene.value("pattern.control_points") is None:
+            return self.inputs.length
+        from knitstudy.knit.geometry.lay_out import lay_out  # which other problems do not wait for
+
+        peirce = 2 * self.inputs.course + self.inputs.wale + PEIRCE
+        return float(lay_out(self.scene)["loop_length"][-1]) / (peirce * self.scene.yarn.diameter)
+
+    @property
+    def turns(self) -> tuple[float, ...]:
+        """Strains at which the load turns back."""
+        return self.scene.value("load.turns") or ()
+
+    @cached_property
     def case(self) -> Case:
-        """The specimen, tied or touching, to small or large strains."""
+        """The specimen, tied or touching, to small or large strains, or through cycles."""
         yarns = TOUCHING if self.scene.kind.interaction.touches else TIED
-        large = self.scene.value("load.strain") > self.trade.box["strain"][-1]
-        return Case(self.scene.specimen, yarns, LARGE if large else SMALL)
+        large = LARGE if self.inputs.strain > self.trade.box["strain"][-1] else SMALL
+        return Case(self.scene.specimen, yarns, CYCLE if self.turns else large)
 
     @cached_property
     def others(self) -> dict[str, Any]:
         """The physical keys that no input stands for, over diameter and Young's modulus of the yarn."""
         yarn = self.scene.yarn
         values = self.scene.scaled(1 / yarn.diameter, 1 / yarn.youngs_modulus).values_of("physics")
-        return rounded({key: value for key, value in values.items() if key not in FREE}, DIGITS)
+        drawn = self.scene.value("pattern.control_points") is None
+        left_out = FREE | OF_LOOP if drawn else FREE
+        return rounded({key: value for key, value in values.items() if key not in left_out}, DIGITS)
 
     @cached_property
     def digest(self) -> str:
         """Digest of all that is physical, the same at any scale and modulus."""
         inputs = rounded(asdict(self.inputs), DIGITS)
-        return digest([self.scene.specimen, self.scene.interaction, inputs, self.others])
+        parts: list[Any] = [self.scene.specimen, self.scene.interaction, inputs, self.others]
+        pattern = self.scene.value("pattern")
+        if self.case.specimen == "cell" and (size := [pattern.loops, pattern.rows]) != [1, 1]:
+            parts.append(size)  # they have prices of their own
+        return digest(parts + [self.scene.value("load.strain")] * bool(self.turns))
 
     @cached_property
     def settings(self) -> dict[str, dict[str, Any]]:
@@ -137,14 +159,23 @@ class Problem:
 
     def _outside(self) -> Iterator[str]:
         box, endless = self.trade.box, self.case.specimen == "cell"
-        for name, value in asdict(self.inputs).items():
+        end = self.scene.value("load.strain")
+        if self.turns and (
+            len(self.turns) > 1 or not 0 <= end <= (1 + 1e-9) * self.trade.cycle.back * self.turns[0]
+        ):
+            fact = f"load.turns is {lists(self.turns)}, load.strain {end:g}"
+            yield f"{fact}, but models were measured with one turn and back to {self.trade.cycle.back:.0%}"
+        for name, value in (asdict(self.inputs) | {"length": self.length}).items():
             between, key = box[name], INPUT_KEYS[name]
             if name == "strain":
-                between = [between[0], self.trade.large.strain[-1]]
+                between = self.trade.strains(self.case)
+                key = "load.turns" if self.turns else key
             if endless and name in OF_KNIT:
                 if key.startswith("pattern.") and (count := self.scene.value(key)) != 1:
                     yield f"{key} is {count}, but models were measured on cells of one loop"
-            elif (self.case.yarns == TIED and name in OF_CONTACT) or value == inf:
+            elif name in OF_CONTACT and (
+                self.case.yarns == TIED or (value == inf and self.case.path == SMALL)
+            ):
                 continue
             elif isinstance(value, str) and value not in between:
                 key = "load.deformation" if endless and name == "direction" else key
@@ -156,6 +187,8 @@ class Problem:
                 yield f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
         there = replace(self, scene=self.trade.scene(self.case, self.inputs)).others
         for key, value in self.others.items():
+            if key in OF_LOOP or key == "load.turns":
+                continue
             wanted = there.get(key)
             if wanted is None and value is not None:
                 yield f"{key} is set, but models were measured without it"

@@ -7,7 +7,7 @@ scale or modulus is the same one. `Case` is a specimen of a knit: cut out or end
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from itertools import product
 from math import inf, isinf
 from pathlib import Path
@@ -26,7 +26,11 @@ DECLARED = CONFIG / "trade.yaml"
 UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
-SMALL, LARGE = "small", "large"  # Strains: every knit is computed to one of both ranges
+SMALL, LARGE, CYCLE = (
+    "small",
+    "large",
+    "cycle",
+)  # Load paths: to one of two ranges of strain, or there and back
 
 INPUT_KEYS = {
     "course": "pattern.course_spacing",
@@ -78,22 +82,29 @@ class Inputs:
 
 @dataclass(frozen=True)
 class Case:
-    """A specimen of a knit whose yarns are `TIED` or `TOUCHING`, to `SMALL` or `LARGE` strains."""
+    """A specimen of a knit whose yarns are `TIED` or `TOUCHING`, on the load path `SMALL`, `LARGE` or `CYCLE`."""
 
     specimen: str
     yarns: str
-    strains: str = SMALL
+    path: str = SMALL
 
     def __str__(self) -> str:
-        words = [self.specimen, self.yarns, self.strains if self.strains != SMALL else ""]
+        words = [self.specimen, self.yarns, self.path if self.path != SMALL else ""]
         return "-".join(filter(None, words)).replace("_", "-")
 
 
 class Large(Section):
-    """Large strains, to which every knit of the sample is computed as well."""
+    """Large strains, to which knits of the sample are computed as well; where yarns touch, all have friction then."""
 
-    strain: list[float] = declared(allowed="two ends")
+    strain: dict[str, list[float]] = declared(allowed="two ends, by case")
     without: list[str] = declared(allowed="names of model settings", default=[])
+
+
+class Cycle(Section):
+    """A cycle of a cell to a large strain: it comes `back` to a share of the strain, with `keys` in all settings."""
+
+    back: Annotated[float, Field(ge=0, lt=0.5)] = declared(allowed="a share of the strain")
+    keys: dict[str, Any] = declared(allowed="keys", default={})
 
 
 class Trade(Section):
@@ -106,7 +117,8 @@ class Trade(Section):
     confidence: Annotated[float, Field(gt=0, lt=1)] = declared(allowed="a probability")
     limit: Annotated[float, Field(gt=0)] = declared(allowed="a number > 0, in s")
     box: dict[str, list[Any]] = declared(allowed="two ends, or a list of texts, by input")
-    large: Large = declared(allowed="the range of large strains, and model settings that do without")
+    large: Large = declared(allowed="the ranges of large strains, and model settings that do without")
+    cycle: Cycle = declared(allowed="where a cycle ends, and keys of all model settings")
     reference: tuple[str, ...] = declared(allowed="names of model settings")
     every: dict[str, Count] = declared(
         allowed="whole numbers from 1 on, by model setting or case", default={}
@@ -129,13 +141,24 @@ class Trade(Section):
 
     def cases(self) -> list[Case]:
         """Return all cases."""
-        return [Case(*labels) for labels in product(SPECIMENS, self.settings, (SMALL, LARGE))]
+        of = [Case(*labels) for labels in product(SPECIMENS, self.settings)]
+        cycles = [Case("cell", TOUCHING, CYCLE)]
+        return of + [replace(case, path=LARGE) for case in of if str(case) in self.large.strain] + cycles
+
+    def strains(self, case: Case) -> list[Any]:
+        """Return the range of strains of a case, of cycles at their turn."""
+        small = self.box["strain"]
+        if case.path == SMALL:
+            return small
+        return self.large.strain.get(str(replace(case, path=SMALL)), small)
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
-        left_out = self.large.without if case.strains == LARGE else ()
+        left_out, others = self.large.without if case.path != SMALL else (), {}
+        if case.path == CYCLE:
+            others = self.cycle.keys
         return {
-            name: keys
+            name: keys | others
             for name, keys in self.settings[case.yarns].items()
             if not any(number % self.every.get(label, 1) for label in (name, str(case)))
             and name not in left_out
@@ -143,7 +166,7 @@ class Trade(Section):
         }
 
     def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
-        """Return the physical problem of a knit; `inputs` have the strain of the case."""
+        """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
         touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
         lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())
@@ -151,8 +174,10 @@ class Trade(Section):
         lengths = {"course": inputs.course, "wale": inputs.wale, "length": inputs.length * peirce}
         values = asdict(inputs) | {of: value * DIAMETER for of, value in lengths.items()}
         values |= OF_KNIT if endless else {}
-        keys = {"yarn.diameter": DIAMETER}
+        keys: dict[str, Any] = {"yarn.diameter": DIAMETER}
         keys |= {INPUT_KEYS[of]: value for of, value in values.items() if of not in lacks}
+        if case.path == CYCLE:
+            keys |= {"load.turns": [inputs.strain], "load.strain": self.cycle.back * inputs.strain}
         if endless:
             keys["load.deformation"] = keys.pop("load.direction")
             keys.pop(INPUT_KEYS["edges"], None)

@@ -18,6 +18,7 @@ from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
     BESIDE,
+    DEFAULT_ASK,
     Choice,
     ModelSetting,
     Promises,
@@ -190,7 +191,7 @@ def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
 
 @click.command()
 @scene_argument()
-@click.option("--question", help="force, curve, out_of_plane, contact or stress.")
+@click.option("--question", help="force, curve, out_of_plane, contact, stress or loss.")
 @click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
 @click.option("--seconds", type=float, help="Largest time [s].")
 @click.option("--memory", type=float, help="Largest growth of memory [MB].")
@@ -200,22 +201,23 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
     """Print the cheapest model that answers a question about a scene accurately enough, the error that is
     promised, and the price. Nothing runs.
 
-    Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box, or
-    of a loop with control points, nothing is promised: `knitstudy measure SCENE` measures them on this knit.
+    Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box nothing
+    is promised: `knitstudy measure SCENE` measures them on this knit.
 
     A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
     chosen model:
 
     \b
     fidelity: auto
-    ask.question: force            # or curve, out_of_plane, contact, stress
+    ask.question: force            # or curve, out_of_plane, contact, stress, loss
     ask.accuracy: 0.05             # largest relative error at full load
     ask.seconds: 30                # optional
     ask.memory: 500                # MB, optional
 
-    The options ask about any other scene, whatever model it names:
+    The options ask about any other scene, whatever model it names; without them the question is force within 5 %:
 
     \b
+    knitstudy plan cell-course
     knitstudy plan yarns-isotropic-wale --question contact --accuracy 0.1 --seconds 30
     knitstudy plan yarns-tie-course --question force --accuracy 0.05 --set pattern.course_spacing=5e-3
     knitstudy run yarns-tie-course --set fidelity=auto --set ask.question=force --set ask.accuracy=0.05
@@ -226,7 +228,7 @@ def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None)
     accuracy or the budget, one message names the nearest.
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
-    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
+    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config, DEFAULT_ASK)
     if small := as_measured(problem):
         settings = Promises.of(small, where).settings(ask.question)
         click.echo(
@@ -271,4 +273,4 @@ def _print_plan(choice: Choice) -> None:
     if beside:
         columns.append(f"of the {BESIDE[ask.question]} [%]")
     print_table((*columns, ""), rows)
-    click.echo("; ".join(f"{key}: {plain(value)}" for key, value in setting.keys.items()))
+    click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in setting.keys.items()))
