@@ -340,4 +340,5 @@ def test_a_time_series_holds_all_increments(pair, space, tmp_path):
         np.testing.assert_allclose(yarns["displacement [m]"], 2e-5 * time)
         assert {"arc_length [m]", "radius [m]", "yarn"} <= set(yarns.point_data.keys())
         assert contact.n_points == touching
+    assert pyvista.read(path.with_suffix(".vtm")).keys() == ["yarns", "contact", "solids"]
     assert meshio.read(tmp_path / "series" / "contact-0001.vtu").point_data["pressure [Pa]"] == [2e7]

@@ -7,7 +7,7 @@ the name, for instance ``displacement [m]``.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -277,6 +277,7 @@ def write_series(
 ) -> None:
     """Write a history as ``NAME.pvd``, with its grids in the folder ``NAME``, and solids as ``NAME.vtu``.
 
+    ``NAME.vtm`` has the grids of the last increment as blocks with names.
     Its times are strains, or load factors where strain does not increase all the way. Solids are there where the
     history holds the displacement of their nodes: with output ``fields``, at the last increment.
     Raises DataFileError if the name has another ending, or a file cannot be written.
@@ -300,14 +301,21 @@ def write_series(
         f'    <DataSet timestep="{time!r}" part="{order[part]}" name="{part}" file={quoteattr(file)}/>'
         for time, part, file in entries
     ]
-    head = '<?xml version="1.0"?>\n<VTKFile type="Collection" version="0.1" byte_order="LittleEndian">'
     comment = f"  <!-- {scene.name.replace('--', '- ')}; timestep: {meaning} -->"
-    write_text(
-        "\n".join([head, comment, "  <Collection>", *lines, "  </Collection>", "</VTKFile>", ""]), path
-    )
+    _write_list("Collection", [comment, *lines], path)
+    last = {part: file for time, part, file in entries if time == entries[-1][0]}
+    blocks = enumerate(last.items())
+    lines = [f'    <DataSet index="{k}" name="{part}" file={quoteattr(file)}/>' for k, (part, file) in blocks]
+    _write_list("vtkMultiBlockDataSet", lines, path.with_suffix(".vtm"))
     for old in set(folder.glob("*.vtu")) - {path.parent / file for _, _, file in entries}:
         if OWN.fullmatch(old.name):
             old.unlink()  # increments that this history does not have
+
+
+def _write_list(kind: str, lines: Iterable[str], path: Path) -> None:
+    """Write a file of VTK that lists other files."""
+    head = f'<?xml version="1.0"?>\n<VTKFile type="{kind}" version="1.0" byte_order="LittleEndian">'
+    write_text("\n".join([head, f"  <{kind}>", *lines, f"  </{kind}>", "</VTKFile>", ""]), path)
 
 
 def times_of(history: xr.Dataset) -> tuple[np.ndarray, str]:
