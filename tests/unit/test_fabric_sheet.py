@@ -44,8 +44,21 @@ def test_a_number_is_a_column_where_another_first_reaches_a_value():
     at = (sheets.PULL("course"), 15.0)
     assert sheets.when(curve, sheets.STRAIN("course"), *at) == pytest.approx(0.15)
     assert sheets.when(curve, sheets.STRAIN("wale"), *at) == pytest.approx(-0.075)
-    assert sheets.when(curve, "energy [J/m2]", sheets.PULL("course"), 20.0) == pytest.approx(2.0)
     assert np.isnan(sheets.when(curve, sheets.STRAIN("course"), sheets.PULL("course"), 21.0))
+
+
+def test_energy_is_a_square_of_the_force_inside_an_increment():
+    """Both curves are straight: the energy is half of the force times the way, wherever increments end."""
+    pulled = (sheets.STRAIN("course"), sheets.PULL("course"))
+    for force in (2.0, 10.0, 15.0, 20.0):
+        energy = sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, force)
+        assert energy == pytest.approx(0.5 * force * force / 100.0)
+    assert np.isnan(sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, 21.0))
+    pressed = pd.DataFrame(
+        [(1.0, 0.0, 0.0), (0.9, 2000.0, 0.1)], columns=["thickness [mm]", "pressure [Pa]", sheets.ENERGY]
+    )
+    (row,) = sheets._thickness_rows([pressed, pressed], [50.0])[1:]
+    assert row == ["energy of pressing to 50 Pa", "6.25e-05", "not known", "J/m2", ""]
 
 
 @pytest.mark.parametrize(
@@ -55,6 +68,7 @@ def test_a_number_is_a_column_where_another_first_reaches_a_value():
         ([12.3456, 12.0, 13.0], ["12.35", "0.65"]),
         ([np.nan], ["not known", "not known"]),
         ([12.0, 12.5, np.nan], ["12", "not known"]),
+        ([12.0, 12.0 + 1e-14], ["12", "not known"]),
     ],
 )
 def test_every_number_has_an_uncertainty_or_says_that_it_is_not_known(values, texts):

@@ -73,6 +73,7 @@ BENT = (50.0, 100.0, 150.0)
 # A load that turns: of bending as well
 THERE_AND_BACK: dict[str, Any] = {"load.strain": 0.05, "load.turns": [0.1]}
 
+SAME = 1e-9  # of a value: others that are as near are the same by construction, and say nothing of it
 NOT_KNOWN = "not known"
 SLACK = "slack, or the path ended early"
 CYLINDER = (
@@ -353,10 +354,21 @@ def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
     return float(np.interp(value, pair[of], pair[column]))
 
 
+def energy_to(curve: pd.DataFrame, along: str, of: str, value: float) -> float:
+    """Return the energy where a force over a strain, or a pressure over a thickness, first reaches a value."""
+    until = when(curve, along, of, value)
+    if isnan(until):
+        return nan
+    last = curve.iloc[int(np.argmax(curve[of] >= value)) - 1]
+    way = abs(until - last[along]) * (1e-3 if along == THICKNESS else 1.0)
+    return float(last[ENERGY] + 0.5 * (last[of] + value) * way)
+
+
 def _row(quantity: str, values: Iterable[float], unit: str, remark: str = "") -> list[str]:
-    """Return a row of the table of a value and others, whose largest difference is its uncertainty."""
+    """Return a row of the table of a value and others, whose largest difference is its uncertainty if they differ."""
     value, *others = values
     apart = float(np.max([abs(other - value) for other in others] or [nan]))
+    apart = apart if apart > SAME * abs(value) else nan
     texts = [NOT_KNOWN if isnan(x) else f"{x:.{digits}g}" for x, digits in ((value, 4), (apart, 2))]
     return [quantity, *texts, unit, remark]
 
@@ -370,7 +382,8 @@ def _construction_rows(
     rows = []
     for name, number in starts[0].items():
         values = [float(start[name].value) for start in starts]
-        rows.append(_row(name, values[:1] if name in GIVEN else values, number.unit))
+        quantity, value, uncertainty, *about = _row(name, values, number.unit)
+        rows.append([quantity, value, "given" if name in GIVEN else uncertainty, *about])
     rows += [
         _row(name, [nan], "", "rows differ" if np.all(np.isfinite(tex)) else "needs the tex of the yarn")
         for name in NEEDS_TEX
@@ -381,10 +394,10 @@ def _construction_rows(
 
 def _thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -> list[list[str]]:
     """Return the thickness between plates at pressures [Pa], and the work up to there."""
-    columns = (("thickness at", THICKNESS, "mm"), ("energy of pressing to", ENERGY, "J/m2"))
+    numbers = (("thickness at", when, "mm"), ("energy of pressing to", energy_to, "J/m2"))
     return [
-        _row(f"{what} {p:g} Pa", [when(curve, column, PRESSURE, p) for curve in curves], unit)
-        for what, column, unit in columns
+        _row(f"{what} {p:g} Pa", [number(curve, THICKNESS, PRESSURE, p) for curve in curves], unit)
+        for what, number, unit in numbers
         for p in pressures
     ]
 
@@ -401,7 +414,8 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
         for part in (0.1 * force, 0.5 * force, force):
             row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
         row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
-        row(way, f"{way} energy to {force:g} N/m", "J/m2", 1.0, "energy [J/m2]", pull, force)
+        energies = [energy_to(curve, STRAIN(way), pull, force) for curve in curves[way]]
+        rows.append(_row(f"{way} energy to {force:g} N/m", energies, "J/m2"))
         forces = force_over_strain(curves[way][0], way)
         loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
