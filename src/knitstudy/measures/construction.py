@@ -6,7 +6,7 @@ fabrics", Journal of the Textile Institute 53). The cover is the share of the pl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import nan, pi
 
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import endless_cell
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import deformed_centrelines
 from knitstudy.measures.summary import Quantity
 from knitstudy.mechanics.arrays import Floats
@@ -22,6 +23,7 @@ from knitstudy.mechanics.arrays import Floats
 GRID = 300  # places in either direction at which a cell is looked at: the cover is within 0.003
 STEP = 0.1  # distance of points along yarns, in radii
 SAMPLES = 200  # points of a drawn yarn in a stitch
+AT_REST = "not known before its rest (knitstudy run)"
 
 
 def tex_of(diameter: float, density: float) -> float:
@@ -49,6 +51,20 @@ def drawn(geometry: xr.Dataset, tex: Floats | float = nan) -> list[Quantity]:
     places = [line.position(np.linspace(0, line.length, SAMPLES * loops)) for line in lines]
     length = np.array([line.length for line in lines])
     return construction(places, length, (width, height, loops, len(lines)), fabric.radius, tex)
+
+
+def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
+    """Return numbers of drawn loops with those of the yarn of the scene, where a thinner one is drawn."""
+    share = scene.value("geometry.diameter_share") or 1.0
+    if share == 1:
+        return [*numbers]
+    own = {"yarn diameter": scene.yarn.diameter, "cover": AT_REST, "thickness": AT_REST}
+    names = {name: f"{name} of yarns drawn {share:g} times as thick" for name in ("gap", "other gap")}
+    return [
+        Quantity(names.get(name, name), own.get(name, value), "" if own.get(name) == AT_REST else unit)
+        for name, value, unit in numbers
+        if not name.startswith("R over")
+    ]
 
 
 def at_rest(
