@@ -137,8 +137,7 @@ def test_loops_that_are_drawn_for_a_thinner_yarn_do_not_say_how_thick_the_fabric
         rows = dict(line.split("\t")[:2] for line in ended.stdout.splitlines() if "\t" in line)
         if command != "show old.nc":
             assert rows["yarn diameter"] == diameter
-            assert rows["cover"] == rows["thickness"] == AT_REST
-            assert "gap" not in rows
+            assert rows["cover"] == rows["thickness"] == rows["gap"] == AT_REST
         assert rows["length of yarn in a stitch"] == "16.1"
     checked = CliRunner().invoke(main, ["check", scene.name]).stdout
     assert f"cover {AT_REST}, thickness {AT_REST}, tightness factor 13.9 sqrt(tex)/cm" in checked

@@ -24,6 +24,13 @@ GRID = 300  # places in either direction at which a cell is looked at: the cover
 STEP = 0.1  # distance of points along yarns, in radii
 SAMPLES = 200  # points of a drawn yarn in a stitch
 AT_REST = "not known before its rest (knitstudy run)"
+OF_DRAWN = (
+    "cover",
+    "thickness",
+    "gap",
+    "other gap",
+    "R over the smallest radius of curvature",
+)  # and its diameter
 
 
 def tex_of(diameter: float, density: float) -> float:
@@ -55,16 +62,11 @@ def drawn(geometry: xr.Dataset, tex: Floats | float = nan) -> list[Quantity]:
 
 def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
     """Return numbers of drawn loops with those of the yarn of the scene, where a thinner one is drawn."""
-    share = scene.value("geometry.diameter_share") or 1.0
-    if share == 1:
+    if scene.value("geometry.diameter_share") in (None, 1):
         return [*numbers]
-    own = {"yarn diameter": scene.yarn.diameter, "cover": AT_REST, "thickness": AT_REST}
-    names = {name: f"{name} of yarns drawn {share:g} times as thick" for name in ("gap", "other gap")}
-    return [
-        Quantity(names.get(name, name), own.get(name, value), "" if own.get(name) == AT_REST else unit)
-        for name, value, unit in numbers
-        if not name.startswith("R over")
-    ]
+    known: dict[str, Quantity] = {name: Quantity(name, AT_REST) for name in OF_DRAWN}
+    known["yarn diameter"] = Quantity("yarn diameter", scene.yarn.diameter, "m")
+    return [known.get(number.name, number) for number in numbers]
 
 
 def at_rest(

@@ -175,9 +175,9 @@ def _checked_loop(scene: Scene) -> str:
         return f"{fabric}loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
-    share = scene.value("geometry.diameter_share") or 1.0
-    gaps = "gaps" if share == 1 else f"gaps (of yarns drawn {share:g} times as thick)"
-    text = f"{length:.4g} mm of yarn, {gaps} of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    if scene.value("geometry.diameter_share") not in (None, 1):
+        text += " between yarns as thin as they are drawn"
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
