@@ -1,5 +1,8 @@
 """The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
 
+import re
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -16,6 +19,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
+from knitstudy.use.decks.fabric import SHELL_ENTRIES
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle, simulated_curve
 from knitstudy.use.plot import draw
@@ -160,6 +164,8 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
     text = page.read_text()
     assert "<td>stitch density</td>" in text
     assert all(file.stat().st_size > 100 and file.name in text for file in files)
+    assert "shell.abaqus.inp is of tied yarns: " in text  # rows of drawn loops do not touch
+    assert "Yarns are tied where they cross" in (tmp_path / "shell.abaqus.inp").read_text()
     assert {file.name for file in files} >= {
         "numbers.csv",
         "curves.csv",
@@ -247,7 +253,7 @@ def test_bending_is_a_slope_a_hysteresis_and_a_moment_at_rest():
     assert table["curling moment at rest, wale"] == ["0.001", "8e-05", "N"]
 
 
-def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
+def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_path):
     """Their difference is the uncertainty; a path that ends early counts as far as it goes, and is a note."""
     scene = load_scene("fabric-acrylic-stockinette-course-free")
 
@@ -297,6 +303,33 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     assert counts.turns == pytest.approx((1.03 * 0.11,))
     assert f"The path {scene.name}-sheet-shear ended early, at a strain of 1 %." in sheet.notes
     assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
+    assert table.loc["length of yarn in a stitch", "uncertainty"] == "given"
+    of_yarn = "friction 0.095, yarn.stretching 50 N, yarn.bending 4.5e-08 N m2, yarn.twisting 3.4e-08 N m2, "
+    assert any(f"{of_yarn}yarn.pressing 63 N, tex 500." in note for note in sheet.notes)
+    monkeypatch.setattr(sheets, "loss_of_cycle", lambda curve: None)
+    sheet.write(tmp_path)
+    deck = (tmp_path / "shell.abaqus.inp").read_text()
+    *_, numbers = re.split(r"\*SHELL GENERAL SECTION.*", deck)
+    section = dict(zip(SHELL_ENTRIES, map(float, re.split("[,\\n]+", numbers.strip())), strict=True))
+    bends = {name: section.pop(name) for name in ("D44", "D55", "D66")}
+    assert bends == {"D44": 1e-5, "D55": 1e-5, "D66": 5e-6}
+    assert {name for name, value in section.items() if value} <= {"D11", "D12", "D22", "D13", "D23", "D33"}
+    assert 500 < section["D11"] < 2000
+    assert "D66 is not known" in deck.replace("\n** ", " ")
+    row = sheet.numbers["quantity"] == "bending stiffness, wale"
+    curls = replace(sheet, numbers=sheet.numbers.assign(value=sheet.numbers["value"].mask(row, "-1e-05")))
+    page = curls.write(tmp_path / "curls")[0].read_text()
+    assert not (tmp_path / "curls" / "shell.abaqus.inp").exists()
+    assert "these are 1e-05 (course) and -1e-05 (wale) N m" in page
+
+
+def test_both_yarns_of_a_fabric_are_named():
+    two = load_scene("fabric-acrylic-stockinette-course-free").vary(
+        {"pattern.rows": 2, "yarn_b.diameter": 0.5e-3, "yarn_b.stretching": 20.0}
+    )
+    note = sheets._of_yarns(two, np.array([500.0, 100.0]))
+    assert note.endswith("yarn_b.stretching 20 N, tex 500 and 100.")
+    assert sheets._each(2e3 * two.radius) == "0.841 and 0.5"
 
 
 def test_a_knit_of_solids_is_a_cell_of_beams_and_a_pair_has_no_sheet():

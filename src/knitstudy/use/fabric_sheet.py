@@ -30,7 +30,8 @@ from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import at_rest
@@ -38,7 +39,7 @@ from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
-from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
+from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
     ENERGY,
@@ -80,7 +81,9 @@ CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
+SHELL = "shell.abaqus.inp"
 NEEDS_TEX = ("tightness factor", "mass per area")
+VALUES = (".youngs_modulus", ".stretching", ".bending", ".twisting", ".pressing")  # of yarns, in a note
 GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
@@ -108,21 +111,33 @@ class Sheet:
         folder, notes, files = Path(folder), [*self.notes], ["numbers.csv", "curves.csv"]
         for name, table in zip(files, (self.numbers, self.curves), strict=True):
             write_table(table, folder / name)
+        texts = self.numbers.set_index("quantity")["value"]
+        bending = [texts[f"bending stiffness, {way}"] for way in STRAINS[:2]]
+        course, wale = pd.to_numeric(bending, errors="coerce")
         try:
             law = membrane(self.histories)
             for dialect in LAWS:
                 files.append(f"membrane.{dialect}.inp")
                 write_membrane(law, folder / files[-1], dialect, self.scene.name)
+            if course > 0 and wale > 0:
+                files.append(SHELL)
+                write_sliding(law, (course, wale), folder / SHELL, self.scene.name)
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane: {error}.")
-        if self.tied is not None:
-            files.append("shell.abaqus.inp")
-            write_shell(self.scene, folder / files[-1], self.tied)
+        if SHELL not in files:
+            what = "is not written" if self.tied is None else "is of tied yarns"
+            these = "{} (course) and {} (wale) N m".format(*bending)
+            needs = "that of yarns that slide needs the law of a membrane, and bending stiffnesses above 0"
+            notes.append(f"{SHELL} {what}: {needs}; these are {these}.")
+            if self.tied is not None:
+                files.append(SHELL)
+                write_shell(self.scene, folder / SHELL, self.tied)
         picture = BytesIO()
         self.draw().savefig(picture, format="png", dpi=resolution())
         template = Path(__file__).with_name("sheet.html").read_text(encoding="utf-8")
         page = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(template)
         shown = {"picture": b64encode(picture.getvalue()).decode(), "files": files, "version": code_version()}
+        shown |= {"diameters": _each(2e3 * np.asarray(self.scene.radius))}
         write_text(page.render(vars(self) | {"notes": notes} | shown), folder / "sheet.html")
         return [folder / name for name in ("sheet.html", *files)]
 
@@ -212,10 +227,9 @@ def fabric_sheet(
     for both in curves.values() if verified else ():
         forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
+    told = cell.tex if isnan(tex) else tex
     rows = [
-        *_construction_rows(
-            cell, [of["course"] for of in (histories, other) if of], cell.tex if isnan(tex) else tex
-        ),
+        *_construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
         *_thickness_rows(curves[PRESS], pressures),
         *_load_rows(curves, force),
         *_bending_rows(bent, ERROR if verified else 0.0, tied),
@@ -224,7 +238,13 @@ def fabric_sheet(
         scene=scene,
         numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
         curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
-        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
+        notes=(
+            BANDS if other else DRAWN,
+            KNOWN if verified else UNKNOWN,
+            CYLINDER,
+            _of_yarns(cell, told),
+            *maker.notes,
+        ),
         histories=histories,
         tied=tied,
     )
@@ -243,6 +263,23 @@ def cell_of(scene: Scene) -> CellOfBeams:
     made = scene.vary(changes)
     assert isinstance(made, CellOfBeams)
     return made
+
+
+def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
+    """Return the note that names the values of the yarns, those that other values replace left out."""
+    replaced = [key for key, others in cell.idle_beside.items() if None not in map(cell.value, others)]
+    said = [f"contact.friction {cell.friction:.4g}"]
+    for key, value in flat(cell.to_dict()).items():
+        if key.endswith(VALUES) and value is not None and key not in replaced:
+            said.append(f"{key} {value:.4g} {unit_of(key)}")
+    said.append(f"tex {_each(tex)}")
+    return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."
+
+
+def _each(values: Floats | float) -> str:
+    """Return a value, or the different values of rows, in words."""
+    different = dict.fromkeys(np.atleast_1d(values).tolist())
+    return " and ".join(NOT_KNOWN if isnan(value) else f"{value:.4g}" for value in different)
 
 
 @dataclass(eq=False)
