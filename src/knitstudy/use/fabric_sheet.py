@@ -126,9 +126,8 @@ class Sheet:
             notes.append(f"There is no deck of a membrane: {error}.")
         if SHELL not in files:
             what = "is not written" if self.tied is None else "is of tied yarns"
-            these = "{} (course) and {} (wale) N m".format(*bending)
-            needs = "that of yarns that slide needs the law of a membrane, and bending stiffnesses above 0"
-            notes.append(f"{SHELL} {what}: {needs}; these are {these}.")
+            needs = "yarns that slide need the law of a membrane, and bending stiffnesses above 0"
+            notes.append(f"{SHELL} {what}: {needs}; these are {' and '.join(bending)} N m (course, wale).")
             if self.tied is not None:
                 files.append(SHELL)
                 write_shell(self.scene, folder / SHELL, self.tied)
@@ -228,6 +227,7 @@ def fabric_sheet(
         forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
     told = cell.tex if isnan(tex) else tex
+    maker.notes.insert(0, _of_yarns(cell, told))
     rows = [
         *_construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
         *_thickness_rows(curves[PRESS], pressures),
@@ -238,13 +238,7 @@ def fabric_sheet(
         scene=scene,
         numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
         curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
-        notes=(
-            BANDS if other else DRAWN,
-            KNOWN if verified else UNKNOWN,
-            CYLINDER,
-            _of_yarns(cell, told),
-            *maker.notes,
-        ),
+        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
         histories=histories,
         tied=tied,
     )

@@ -166,10 +166,7 @@ def _checked_loop(scene: Scene) -> str:
 
     geometry = lay_out(scene)
     known = of_yarn(drawn(geometry, scene.tex), scene)
-    numbers = (
-        f"{name} {value if isinstance(value, str) else f'{value:.3g}'} {unit}".rstrip()
-        for name, value, unit in known
-    )
+    numbers = (f"{name} {value:.3g} {unit}" if unit else f"{name} {value}" for name, value, unit in known)
     fabric = f"fabric as drawn: {', '.join(numbers)}\n"
     if "state" not in geometry.dims:
         return f"{fabric}loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
