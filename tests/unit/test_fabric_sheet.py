@@ -21,7 +21,13 @@ from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
 from knitstudy.use.decks.fabric import SHELL_ENTRIES
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle, simulated_curve
+from knitstudy.use.measured_curve import (
+    curve_table,
+    force_over_strain,
+    loss_of_cycle,
+    read_curve,
+    simulated_curve,
+)
 from knitstudy.use.plot import draw
 
 pytestmark = pytest.mark.wings
@@ -191,6 +197,11 @@ def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
     shown = CliRunner().invoke(main, ["show", str(file), "--curve", str(curve)])
     assert shown.exit_code == 0, shown.stderr
     assert "stitch density\t101.01\t1/cm2" in shown.stdout
+    lost = made[0].numbers.set_index("quantity").loc["course loss of a cycle", "value"]
+    assert f"course loss of the first cycle\t{lost[:4]}" in shown.stdout
+    assert read_curve(curve, {}, {}, "course").max() == pytest.approx(
+        read_table(curve)["course force per width [N/m]"].max()
+    )
     table = read_table(curve)
     newtons, others = (table[f"course force per width [{unit}]"].to_numpy() for unit in ("N/m", "N/mm"))
     assert 1e3 * others == pytest.approx(newtons)
@@ -320,7 +331,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     curls = replace(sheet, numbers=sheet.numbers.assign(value=sheet.numbers["value"].mask(row, "-1e-05")))
     page = curls.write(tmp_path / "curls")[0].read_text()
     assert not (tmp_path / "curls" / "shell.abaqus.inp").exists()
-    assert "these are 1e-05 (course) and -1e-05 (wale) N m" in page
+    assert "these are 1e-05 and -1e-05 N m (course, wale)" in page
 
 
 def test_both_yarns_of_a_fabric_are_named():

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.files import STRAINS, read_dataset, read_table, write_table
 from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
@@ -152,6 +152,7 @@ def _with_construction(known: list[Quantity], dataset: xr.Dataset, file: Path) -
     """Return what is known with the construction of a geometry as drawn, or of a cell where its load begins."""
     from knitstudy.measures.construction import at_rest, drawn, of_yarn
     from knitstudy.measures.summary import Quantity
+    from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle
 
     if "cell_width" not in dataset.attrs or "force" not in dataset:
         known = known + drawn(dataset)
@@ -164,6 +165,10 @@ def _with_construction(known: list[Quantity], dataset: xr.Dataset, file: Path) -
     numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.radius)
     if scene.value("load.start") != "drawn":
         numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {file}"))
+    way = scene.value("load.deformation")
+    if way in STRAINS and (loss := loss_of_cycle(force_over_strain(curve_table(dataset), way))):
+        numbers.append(Quantity(f"{way} loss of the first cycle", 100 * loss.share, "%"))
+        numbers.append(Quantity(f"{way} work of its loading", loss.work, "J/m2"))
     return known + numbers
 
 
