@@ -1,5 +1,6 @@
 """Density, tightness factor, cover, mass and thickness of fabrics against closed forms."""
 
+import json
 from math import pi, sqrt
 
 import numpy as np
@@ -7,10 +8,12 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+from knitstudy import load_scene
+from knitstudy.files import write_dataset
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
-from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit, yarn_pair
-from knitstudy.measures.construction import at_rest, construction, cover, drawn, tex_of
+from knitstudy.measures.construction import AT_REST, at_rest, construction, cover, drawn, tex_of
 from knitstudy.run.commands.main import main
 
 
@@ -115,3 +118,26 @@ def test_loop_and_check_print_them(tmp_path, monkeypatch):
     checked = CliRunner().invoke(main, ["check", "cell-course"]).stdout
     assert "stitch density 0.454 1/cm2" in checked
     assert "mass per area" not in checked
+
+
+@pytest.mark.wings
+def test_loops_that_are_drawn_for_a_thinner_yarn_do_not_say_how_thick_the_fabric_is(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    scene = load_scene("fabric-acrylic-rib-course-free")
+    diameter = f"{scene.yarn.diameter:.6g}"
+    made = lay_out(scene).assign_attrs(scene="rib")
+    for file, keys in (
+        ("kept.nc", {"scene_keys": json.dumps(scene.to_dict()), "source_keys": "{}"}),
+        ("old.nc", {}),
+    ):
+        write_dataset(made.assign_attrs(keys), tmp_path / file)
+    for command in (f"loop {scene.name}", "show kept.nc", "show old.nc"):
+        ended = CliRunner().invoke(main, command.split())
+        assert ended.exit_code == 0, ended.stderr
+        rows = dict(line.split("\t")[:2] for line in ended.stdout.splitlines() if "\t" in line)
+        if command != "show old.nc":
+            assert rows["yarn diameter"] == diameter
+            assert rows["cover"] == rows["thickness"] == rows["gap"] == AT_REST
+        assert rows["length of yarn in a stitch"] == "16.1"
+    checked = CliRunner().invoke(main, ["check", scene.name]).stdout
+    assert f"cover {AT_REST}, thickness {AT_REST}, tightness factor 13.9 sqrt(tex)/cm" in checked

@@ -1,5 +1,6 @@
 """The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -18,8 +19,15 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
+from knitstudy.use.decks.fabric import SHELL_ENTRIES
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle, simulated_curve
+from knitstudy.use.measured_curve import (
+    curve_table,
+    force_over_strain,
+    loss_of_cycle,
+    read_curve,
+    simulated_curve,
+)
 from knitstudy.use.plot import draw
 
 pytestmark = pytest.mark.wings
@@ -46,8 +54,21 @@ def test_a_number_is_a_column_where_another_first_reaches_a_value():
     at = (sheets.PULL("course"), 15.0)
     assert sheets.when(curve, sheets.STRAIN("course"), *at) == pytest.approx(0.15)
     assert sheets.when(curve, sheets.STRAIN("wale"), *at) == pytest.approx(-0.075)
-    assert sheets.when(curve, "energy [J/m2]", sheets.PULL("course"), 20.0) == pytest.approx(2.0)
     assert np.isnan(sheets.when(curve, sheets.STRAIN("course"), sheets.PULL("course"), 21.0))
+
+
+def test_energy_is_a_square_of_the_force_inside_an_increment():
+    """Both curves are straight: the energy is half of the force times the way, wherever increments end."""
+    pulled = (sheets.STRAIN("course"), sheets.PULL("course"))
+    for force in (2.0, 10.0, 15.0, 20.0):
+        energy = sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, force)
+        assert energy == pytest.approx(0.5 * force * force / 100.0)
+    assert np.isnan(sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, 21.0))
+    pressed = pd.DataFrame(
+        [(1.0, 0.0, 0.0), (0.9, 2000.0, 0.1)], columns=["thickness [mm]", "pressure [Pa]", sheets.ENERGY]
+    )
+    (row,) = sheets._thickness_rows([pressed, pressed], [50.0])[1:]
+    assert row == ["energy of pressing to 50 Pa", "6.25e-05", "not known", "J/m2", ""]
 
 
 @pytest.mark.parametrize(
@@ -57,6 +78,7 @@ def test_a_number_is_a_column_where_another_first_reaches_a_value():
         ([12.3456, 12.0, 13.0], ["12.35", "0.65"]),
         ([np.nan], ["not known", "not known"]),
         ([12.0, 12.5, np.nan], ["12", "not known"]),
+        ([12.0, 12.0 + 1e-14], ["12", "not known"]),
     ],
 )
 def test_every_number_has_an_uncertainty_or_says_that_it_is_not_known(values, texts):
@@ -161,6 +183,8 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
     text = page.read_text()
     assert "<td>stitch density</td>" in text
     assert all(file.stat().st_size > 100 and file.name in text for file in files)
+    assert "shell.abaqus.inp is of tied yarns: " in text  # rows of drawn loops do not touch
+    assert "Yarns are tied where they cross" in (tmp_path / "shell.abaqus.inp").read_text()
     assert {file.name for file in files} >= {
         "numbers.csv",
         "curves.csv",
@@ -197,6 +221,11 @@ def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
     shown = CliRunner().invoke(main, ["show", str(file), "--curve", str(curve)])
     assert shown.exit_code == 0, shown.stderr
     assert "stitch density\t101.01\t1/cm2" in shown.stdout
+    lost = made[0].numbers.set_index("quantity").loc["course loss of a cycle", "value"]
+    assert f"course loss of the first cycle\t{lost[:4]}" in shown.stdout
+    assert read_curve(curve, {}, {}, "course").max() == pytest.approx(
+        read_table(curve)["course force per width [N/m]"].max()
+    )
     table = read_table(curve)
     newtons, others = (table[f"course force per width [{unit}]"].to_numpy() for unit in ("N/m", "N/mm"))
     assert 1e3 * others == pytest.approx(newtons)
@@ -259,7 +288,7 @@ def test_bending_is_a_slope_a_hysteresis_and_a_moment_at_rest():
     assert table["curling moment at rest, wale"] == ["0.001", "8e-05", "N"]
 
 
-def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
+def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_path):
     """Their difference is the uncertainty; a path that ends early counts as far as it goes, and is a note."""
     scene = load_scene("fabric-acrylic-stockinette-course-free")
 
@@ -309,6 +338,33 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch):
     assert counts.turns == pytest.approx((1.03 * 0.11,))
     assert f"The path {scene.name}-sheet-shear ended early, at a strain of 1 %." in sheet.notes
     assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
+    assert table.loc["length of yarn in a stitch", "uncertainty"] == "given"
+    of_yarn = "friction 0.095, yarn.stretching 50 N, yarn.bending 4.5e-08 N m2, yarn.twisting 3.4e-08 N m2, "
+    assert any(f"{of_yarn}yarn.pressing 63 N, tex 500." in note for note in sheet.notes)
+    monkeypatch.setattr(sheets, "loss_of_cycle", lambda curve: None)
+    sheet.write(tmp_path)
+    deck = (tmp_path / "shell.abaqus.inp").read_text()
+    *_, numbers = re.split(r"\*SHELL GENERAL SECTION.*", deck)
+    section = dict(zip(SHELL_ENTRIES, map(float, re.split("[,\\n]+", numbers.strip())), strict=True))
+    bends = {name: section.pop(name) for name in ("D44", "D55", "D66")}
+    assert bends == {"D44": 1e-5, "D55": 1e-5, "D66": 5e-6}
+    assert {name for name, value in section.items() if value} <= {"D11", "D12", "D22", "D13", "D23", "D33"}
+    assert 500 < section["D11"] < 2000
+    assert "D66 is not known" in deck.replace("\n** ", " ")
+    row = sheet.numbers["quantity"] == "bending stiffness, wale"
+    curls = replace(sheet, numbers=sheet.numbers.assign(value=sheet.numbers["value"].mask(row, "-1e-05")))
+    page = curls.write(tmp_path / "curls")[0].read_text()
+    assert not (tmp_path / "curls" / "shell.abaqus.inp").exists()
+    assert "these are 1e-05 and -1e-05 N m (course, wale)" in page
+
+
+def test_both_yarns_of_a_fabric_are_named():
+    two = load_scene("fabric-acrylic-stockinette-course-free").vary(
+        {"pattern.rows": 2, "yarn_b.diameter": 0.5e-3, "yarn_b.stretching": 20.0}
+    )
+    note = sheets._of_yarns(two, np.array([500.0, 100.0]))
+    assert note.endswith("yarn_b.stretching 20 N, tex 500 and 100.")
+    assert sheets._each(2e3 * two.radius) == "0.841 and 0.5"
 
 
 def test_a_knit_of_solids_is_a_cell_of_beams_and_a_pair_has_no_sheet():

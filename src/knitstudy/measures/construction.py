@@ -6,7 +6,7 @@ fabrics", Journal of the Textile Institute 53). The cover is the share of the pl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from math import nan, pi
 
 import numpy as np
@@ -15,6 +15,7 @@ from scipy.spatial import cKDTree
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import endless_cell
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import deformed_centrelines
 from knitstudy.measures.summary import Quantity
 from knitstudy.mechanics.arrays import Floats
@@ -22,6 +23,14 @@ from knitstudy.mechanics.arrays import Floats
 GRID = 300  # places in either direction at which a cell is looked at: the cover is within 0.003
 STEP = 0.1  # distance of points along yarns, in radii
 SAMPLES = 200  # points of a drawn yarn in a stitch
+AT_REST = "not known before its rest (knitstudy run)"
+OF_DRAWN = (
+    "cover",
+    "thickness",
+    "gap",
+    "other gap",
+    "R over the smallest radius of curvature",
+)  # and its diameter
 
 
 def tex_of(diameter: float, density: float) -> float:
@@ -49,6 +58,15 @@ def drawn(geometry: xr.Dataset, tex: Floats | float = nan) -> list[Quantity]:
     places = [line.position(np.linspace(0, line.length, SAMPLES * loops)) for line in lines]
     length = np.array([line.length for line in lines])
     return construction(places, length, (width, height, loops, len(lines)), fabric.radius, tex)
+
+
+def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
+    """Return numbers of drawn loops with those of the yarn of the scene, where a thinner one is drawn."""
+    if scene.value("geometry.diameter_share") in (None, 1):
+        return [*numbers]
+    known: dict[str, Quantity] = {name: Quantity(name, AT_REST) for name in OF_DRAWN}
+    known["yarn diameter"] = Quantity("yarn diameter", scene.yarn.diameter, "m")
+    return [known.get(number.name, number) for number in numbers]
 
 
 def at_rest(

@@ -30,7 +30,8 @@ from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.knit.scene.kinds import unit_of
+from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import at_rest
@@ -38,7 +39,7 @@ from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
-from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell
+from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
     ENERGY,
@@ -75,6 +76,7 @@ BENT = (50.0, 100.0, 150.0)
 # A load that turns: of bending as well
 THERE_AND_BACK: dict[str, Any] = {"load.strain": 0.05, "load.turns": [0.1]}
 
+SAME = 1e-9  # of a value: others that are as near are the same by construction, and say nothing of it
 NOT_KNOWN = "not known"
 SLACK = "slack, or the path ended early"
 CYLINDER = (
@@ -82,6 +84,7 @@ CYLINDER = (
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
 NEEDS_TEX = ("tightness factor", "mass per area")
+VALUES = (".youngs_modulus", ".stretching", ".bending", ".twisting", ".pressing")  # of yarns, in a note
 GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
@@ -111,21 +114,32 @@ class Sheet:
             write_table(table, folder / name)
         for name in DECKS:  # an earlier sheet's
             (folder / name).unlink(missing_ok=True)
+        texts = self.numbers.set_index("quantity")["value"]
+        bending = [texts[f"bending stiffness, {way}"] for way in STRAINS[:2]]
+        course, wale = pd.to_numeric(bending, errors="coerce")
         try:
             law = membrane(self.histories)
             for dialect in LAWS:
                 files.append(MEMBRANE(dialect))
                 write_membrane(law, folder / files[-1], dialect, self.scene.name)
+            if course > 0 and wale > 0:
+                files.append(SHELL)
+                write_sliding(law, (course, wale), folder / SHELL, self.scene.name)
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane: {error}.")
-        if self.tied is not None:
-            files.append(SHELL)
-            write_shell(self.scene, folder / files[-1], self.tied)
+        if SHELL not in files:
+            what = "is not written" if self.tied is None else "is of tied yarns"
+            needs = "yarns that slide need the law of a membrane, and bending stiffnesses above 0"
+            notes.append(f"{SHELL} {what}: {needs}; these are {' and '.join(bending)} N m (course, wale).")
+            if self.tied is not None:
+                files.append(SHELL)
+                write_shell(self.scene, folder / SHELL, self.tied)
         picture = BytesIO()
         self.draw().savefig(picture, format="png", dpi=resolution())
         template = Path(__file__).with_name("sheet.html").read_text(encoding="utf-8")
         page = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(template)
         shown = {"picture": b64encode(picture.getvalue()).decode(), "files": files, "version": code_version()}
+        shown |= {"diameters": _each(2e3 * np.asarray(self.scene.radius))}
         write_text(page.render(vars(self) | {"notes": notes} | shown), folder / "sheet.html")
         return [folder / name for name in ("sheet.html", *files)]
 
@@ -215,10 +229,10 @@ def fabric_sheet(
     for both in curves.values() if verified else ():
         forces = both[0].filter(regex="force|pressure|energy")
         both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
+    told = cell.tex if isnan(tex) else tex
+    maker.notes.insert(0, _of_yarns(cell, told))
     rows = [
-        *_construction_rows(
-            cell, [of["course"] for of in (histories, other) if of], cell.tex if isnan(tex) else tex
-        ),
+        *_construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
         *_thickness_rows(curves[PRESS], pressures),
         *_load_rows(curves, force),
         *_bending_rows(bent, ERROR if verified else 0.0, tied),
@@ -246,6 +260,23 @@ def cell_of(scene: Scene) -> CellOfBeams:
     made = scene.vary(changes)
     assert isinstance(made, CellOfBeams)
     return made
+
+
+def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
+    """Return the note that names the values of the yarns, those that other values replace left out."""
+    replaced = [key for key, others in cell.idle_beside.items() if None not in map(cell.value, others)]
+    said = [f"contact.friction {cell.friction:.4g}"]
+    for key, value in flat(cell.to_dict()).items():
+        if key.endswith(VALUES) and value is not None and key not in replaced:
+            said.append(f"{key} {value:.4g} {unit_of(key)}")
+    said.append(f"tex {_each(tex)}")
+    return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."
+
+
+def _each(values: Floats | float) -> str:
+    """Return a value, or the different values of rows, in words."""
+    different = dict.fromkeys(np.atleast_1d(values).tolist())
+    return " and ".join(NOT_KNOWN if isnan(value) else f"{value:.4g}" for value in different)
 
 
 @dataclass(eq=False)
@@ -357,10 +388,21 @@ def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
     return float(np.interp(value, pair[of], pair[column]))
 
 
+def energy_to(curve: pd.DataFrame, along: str, of: str, value: float) -> float:
+    """Return the energy where a force over a strain, or a pressure over a thickness, first reaches a value."""
+    until = when(curve, along, of, value)
+    if isnan(until):
+        return nan
+    last = curve.iloc[int(np.argmax(curve[of] >= value)) - 1]
+    way = abs(until - last[along]) * (1e-3 if along == THICKNESS else 1.0)
+    return float(last[ENERGY] + 0.5 * (last[of] + value) * way)
+
+
 def _row(quantity: str, values: Iterable[float], unit: str, remark: str = "") -> list[str]:
-    """Return a row of the table of a value and others, whose largest difference is its uncertainty."""
+    """Return a row of the table of a value and others, whose largest difference is its uncertainty if they differ."""
     value, *others = values
     apart = float(np.max([abs(other - value) for other in others] or [nan]))
+    apart = apart if apart > SAME * abs(value) else nan
     texts = [NOT_KNOWN if isnan(x) else f"{x:.{digits}g}" for x, digits in ((value, 4), (apart, 2))]
     return [quantity, *texts, unit, remark]
 
@@ -374,7 +416,8 @@ def _construction_rows(
     rows = []
     for name, number in starts[0].items():
         values = [float(start[name].value) for start in starts]
-        rows.append(_row(name, values[:1] if name in GIVEN else values, number.unit))
+        quantity, value, uncertainty, *about = _row(name, values, number.unit)
+        rows.append([quantity, value, "given" if name in GIVEN else uncertainty, *about])
     rows += [
         _row(name, [nan], "", "rows differ" if np.all(np.isfinite(tex)) else "needs the tex of the yarn")
         for name in NEEDS_TEX
@@ -385,10 +428,10 @@ def _construction_rows(
 
 def _thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -> list[list[str]]:
     """Return the thickness between plates at pressures [Pa], and the work up to there."""
-    columns = (("thickness at", THICKNESS, "mm"), ("energy of pressing to", ENERGY, "J/m2"))
+    numbers = (("thickness at", when, "mm"), ("energy of pressing to", energy_to, "J/m2"))
     return [
-        _row(f"{what} {p:g} Pa", [when(curve, column, PRESSURE, p) for curve in curves], unit)
-        for what, column, unit in columns
+        _row(f"{what} {p:g} Pa", [number(curve, THICKNESS, PRESSURE, p) for curve in curves], unit)
+        for what, number, unit in numbers
         for p in pressures
     ]
 
@@ -405,7 +448,8 @@ def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> li
         for part in (0.1 * force, 0.5 * force, force):
             row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
         row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
-        row(way, f"{way} energy to {force:g} N/m", "J/m2", 1.0, "energy [J/m2]", pull, force)
+        energies = [energy_to(curve, STRAIN(way), pull, force) for curve in curves[way]]
+        rows.append(_row(f"{way} energy to {force:g} N/m", energies, "J/m2"))
         forces = force_over_strain(curves[way][0], way)
         loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"

@@ -221,7 +221,7 @@ def read_curve(
     ):
         raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
     how = kept | {name: list(value) if name in WORDS else value for name, value in named.items()}
-    strain, force = (_values(table, name, how, path) for name in WORDS)
+    strain, force = (_values(table, name, how, direction, path) for name in WORDS)
     curve = pd.Series(force.to_numpy(), strain).loc[lambda values: values.notna() & values.index.notna()]
     if (empty := len(table) - len(curve)) > 0:
         log.warning("%s: %d rows have no strain or no force and are not used", path, empty)
@@ -298,9 +298,9 @@ def _columns(table: pd.DataFrame) -> dict[str, pd.Series]:
     return {str(name): column for name, column in table.items()}
 
 
-def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) -> pd.Series:
+def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], direction: str, path: Path) -> pd.Series:
     """Return strain [1] or force [N/m]."""
-    column, unit = how.get(name) or _recognised(table, name, path)
+    column, unit = how.get(name) or _recognised(table, name, direction, path)
     column = table.attrs["full_names"].get(column, column)
     scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
     values = find("column", _columns(table), column, f"{path}: --{name}")
@@ -318,13 +318,15 @@ def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], path: Path) 
     return values * how[size] if size == "thickness" else values / how[size]
 
 
-def _recognised(table: pd.DataFrame, name: str, path: Path) -> tuple[str, str]:
-    """Return the column of strain or force, and its unit, by the names of the columns."""
+def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> tuple[str, str]:
+    """Return the column of strain or force, of several that of the direction, and its unit, by their names."""
     columns = [
         column
         for column in map(str, table)
         if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
     ]
+    if len(columns) > 1 and (own := [column for column in columns if column.lower().startswith(direction)]):
+        columns = [column for column in own if "[N/m]" in column] or own
     add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
     if len(columns) != 1:
         are = f"{len(columns) or 'no'} columns are named like a {name}: {', '.join(map(repr, columns or table))}"

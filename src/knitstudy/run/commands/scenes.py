@@ -163,16 +163,19 @@ def _checked_loop(scene: Scene) -> str:
     from knitstudy.knit.geometry.fabric_file import fabric_of
     from knitstudy.knit.geometry.lay_out import lay_out
     from knitstudy.knit.simulate import require_resolution
-    from knitstudy.measures.construction import drawn
+    from knitstudy.measures.construction import drawn, of_yarn
 
     geometry = lay_out(scene)
-    numbers = (f"{number.name} {number.value:.3g} {number.unit}" for number in drawn(geometry, scene.tex))
+    known = of_yarn(drawn(geometry, scene.tex), scene)
+    numbers = (f"{name} {value:.3g} {unit}" if unit else f"{name} {value}" for name, value, unit in known)
     fabric = f"fabric as drawn: {', '.join(numbers)}\n"
     if "state" not in geometry.dims:
         return f"{fabric}loop: stitches as they are drawn, not optimised; the path to rest finds their shape"
     after = geometry.isel(state=-1)
     length, gap, other = (1e3 * float(after[name]) for name in ("loop_length", "gap", "other_gap"))
     text = f"{length:.4g} mm of yarn, gaps of {gap:.3g} mm at crossings and {other:.3g} mm elsewhere"
+    if scene.value("geometry.diameter_share") not in (None, 1):
+        text += " between yarns as thin as they are drawn"
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 

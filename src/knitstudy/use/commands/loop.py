@@ -82,7 +82,7 @@ def loop(
     """
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.knit.geometry.lay_out import lay_out
-    from knitstudy.measures.construction import drawn
+    from knitstudy.measures.construction import drawn, of_yarn
     from knitstudy.measures.summary import summarise
     from knitstudy.use.plot import draw_loop
     from knitstudy.use.style import save
@@ -106,13 +106,9 @@ def loop(
             f"scene {chosen.name!r}: pattern.stitches is {list(chosen.pattern.stitches)}: tucks, floats and moved "
             "loops are not optimised; `knitstudy run` finds their shape at rest"
         )
-    quantities = [
-        row for row in summarise(geometry) if row.name not in ("kind", "loops", "rows", "crossings")
-    ] + drawn(geometry, chosen.tex)
-    print_table(
-        ("quantity", "value", "unit"),
-        [(quantity.name, quantity.value, quantity.unit) for quantity in quantities],
-    )
+    hidden = ("kind", "loops", "rows", "crossings")
+    quantities = [row for row in summarise(geometry) if row.name not in hidden]
+    print_table(("quantity", "value", "unit"), of_yarn(quantities + drawn(geometry, chosen.tex), chosen))
     save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
     click.echo(f"{output}: the loop from the front and from the side")
     if keys:

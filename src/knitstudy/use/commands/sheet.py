@@ -53,9 +53,9 @@ def sheet(
     """Print the numbers of the fabric of SCENE, and write them with curves and decks into OUTPUT/sheet/SCENE.
 
     The fabric is a cell of beams that slide with friction, whatever model the scene names: its stitches, its shape at
-    rest, stretching and one cycle in both directions, both at once, shear, and the thickness between plates. Every
-    number has an uncertainty, or the words "not known". It takes a minute or two; histories are kept in OUTPUT, and
-    used again.
+    rest, stretching and one cycle in both directions, both at once, shear, bending and curling, and the thickness
+    between plates. Every number has an uncertainty, or the words "not known" or "given". It takes a minute or two;
+    histories are kept in OUTPUT, and used again.
 
     \b
     knitstudy sheet jersey.yaml --tex 30

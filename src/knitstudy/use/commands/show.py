@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
+from knitstudy.files import STRAINS, read_dataset, read_table, write_table
 from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
@@ -131,7 +131,7 @@ def show(
         _print_keys(dataset, file, config)
     else:
         with _naming(file):
-            quantities = [*summarise(dataset), *_construction(dataset, file)]
+            quantities = _with_construction(summarise(dataset), dataset, file)
         print_table(("quantity", "value", "unit"), quantities)
     if plot is not None:
         click.echo(f"drawing {plot} ...", err=True)
@@ -150,19 +150,28 @@ def show(
         _write_pictures(file, dataset, colour, pictures)
 
 
-def _construction(dataset: xr.Dataset, file: Path) -> list[Quantity]:
-    """Return the construction of a geometry as drawn, or of a cell of beams where its load begins."""
-    from knitstudy.measures.construction import at_rest, drawn
+def _with_construction(known: list[Quantity], dataset: xr.Dataset, file: Path) -> list[Quantity]:
+    """Return what is known with the construction of a geometry as drawn, or of a cell where its load begins."""
+    from knitstudy.measures.construction import at_rest, drawn, of_yarn
     from knitstudy.measures.summary import Quantity
+    from knitstudy.use.measured_curve import curve_table, force_over_strain, loss_of_cycle
 
     if "cell_width" not in dataset.attrs or "force" not in dataset:
-        return drawn(dataset)
+        known = known + drawn(dataset)
+        try:
+            return of_yarn(known, console.recorded(str(file), {})[0])
+        except KnitstudyError:  # an old file has no keys, or other ones
+            return known
     scene = console.recorded(str(file), {})[0]
     pattern = scene.value("pattern")
     numbers = at_rest(dataset, pattern.loops, pattern.rows, scene.radius)
     if scene.value("load.start") != "drawn":
         numbers.append(Quantity("band of the shape at rest", f"not known: knitstudy sheet {file}"))
-    return numbers
+    way = scene.value("load.deformation")
+    if way in STRAINS and (loss := loss_of_cycle(force_over_strain(curve_table(dataset), way))):
+        numbers.append(Quantity(f"{way} loss of the first cycle", 100 * loss.share, "%"))
+        numbers.append(Quantity(f"{way} work of its loading", loss.work, "J/m2"))
+    return known + numbers
 
 
 def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tuple[Path, ...]) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+from scipy.linalg import block_diag
 
 from knitstudy.files import code_version, write_text
 from knitstudy.knit.scene.scene import Scene
@@ -25,7 +26,7 @@ SQUARE = """** Local 1 is the course direction, 2 the wale direction.
 3, 0.
 """
 
-# Stiffness of an endless knit at rest, as a shell section of Abaqus
+# Stiffness of an endless knit at rest, as a shell section of Abaqus: of a tied cell, or from the numbers of a sheet
 
 # The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
 SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
@@ -35,7 +36,7 @@ SHELL = """*HEADING
 ** knitstudy {version}; m, N; the plane of reference is z = 0 of the loop.
 ** Strains e1, e2, g12 and curvatures k1, k2, k12 = 2 x twist; tension at z > 0 goes with k > 0.
 ** A Kirchhoff section: Abaqus estimates the transverse shear stiffness of a shear-flexible element itself.
-{square}** {entries}
+{remarks}{square}** {entries}
 *SHELL GENERAL SECTION, ELSET=FABRIC, ORIENTATION=COURSE
 {data}
 """
@@ -55,11 +56,27 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 
 
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
-    """Write one square shell element with the section of a cell, to be copied into a model of Abaqus."""
-    numbers = [NUMBER % value for value in shell_entries(section_matrix(history))]
-    data = lines(numbers, 8).rstrip()
-    values = {"name": scene.name, "version": code_version(), "square": SQUARE.format(element="S4R")}
-    write_text(SHELL.format(**values, entries=", ".join(SHELL_ENTRIES), data=data), path)
+    """Write one square shell element with the section of a tied cell, to be copied into a model of Abaqus."""
+    _write_section(section_matrix(history), path, scene.name, "Yarns are tied where they cross: none slides.")
+
+
+def write_sliding(fitted: xr.Dataset, bending: tuple[float, float], path: Path | str, title: str) -> None:
+    """Write that of yarns that slide, from a dataset of `use.fabric_law.membrane` and two bending stiffnesses [N m]."""
+    twist = 0.5 * float(np.sqrt(np.prod(bending)))
+    remark = (
+        "NOT QUITE THE SECTION of yarns that slide. D11 to D33 are the linear law of the membrane, whose forces are "
+        f"{100 * fitted.attrs['linear_error']:.2g} % off the cell; D44 and D55 are the slopes of its moments from 50 "
+        "to 150 1/m. D45 and D14 to D36, bending with stretching, are not known and 0 here; D66 is not known and "
+        "estimated as sqrt(D44 D55) / 2, that of a plate which does not curve across."
+    )
+    _write_section(block_diag(fitted["linear_form"], np.diag([*bending, twist])), path, title, remark)
+
+
+def _write_section(matrix: np.ndarray, path: Path | str, title: str, remark: str) -> None:
+    data = lines((NUMBER % value for value in shell_entries(matrix)), 8).rstrip()
+    values = {"name": title, "version": code_version(), "square": SQUARE.format(element="S4R")}
+    values |= {"remarks": comment(remark), "entries": ", ".join(SHELL_ENTRIES), "data": data}
+    write_text(SHELL.format(**values), path)
 
 
 # The linear law of a fabric as a membrane, exact for any thickness: stresses times thickness are forces per width.
