@@ -19,6 +19,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
+from knitstudy.use import sheet_numbers as rows
 from knitstudy.use.decks.fabric import SHELL_ENTRIES
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
@@ -51,23 +52,23 @@ THERE_AND_BACK = cell([0.0, 0.1, 0.2, 0.1, 0.0], [0.0, 10.0, 20.0, 5.0, 0.0])
 
 def test_a_number_is_a_column_where_another_first_reaches_a_value():
     curve = curve_table(THERE_AND_BACK)
-    at = (sheets.PULL("course"), 15.0)
-    assert sheets.when(curve, sheets.STRAIN("course"), *at) == pytest.approx(0.15)
-    assert sheets.when(curve, sheets.STRAIN("wale"), *at) == pytest.approx(-0.075)
-    assert np.isnan(sheets.when(curve, sheets.STRAIN("course"), sheets.PULL("course"), 21.0))
+    at = (rows.PULL("course"), 15.0)
+    assert rows.when(curve, rows.STRAIN("course"), *at) == pytest.approx(0.15)
+    assert rows.when(curve, rows.STRAIN("wale"), *at) == pytest.approx(-0.075)
+    assert np.isnan(rows.when(curve, rows.STRAIN("course"), rows.PULL("course"), 21.0))
 
 
 def test_energy_is_a_square_of_the_force_inside_an_increment():
     """Both curves are straight: the energy is half of the force times the way, wherever increments end."""
-    pulled = (sheets.STRAIN("course"), sheets.PULL("course"))
+    pulled = (rows.STRAIN("course"), rows.PULL("course"))
     for force in (2.0, 10.0, 15.0, 20.0):
-        energy = sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, force)
+        energy = rows.energy_to(curve_table(THERE_AND_BACK), *pulled, force)
         assert energy == pytest.approx(0.5 * force * force / 100.0)
-    assert np.isnan(sheets.energy_to(curve_table(THERE_AND_BACK), *pulled, 21.0))
+    assert np.isnan(rows.energy_to(curve_table(THERE_AND_BACK), *pulled, 21.0))
     pressed = pd.DataFrame(
-        [(1.0, 0.0, 0.0), (0.9, 2000.0, 0.1)], columns=["thickness [mm]", "pressure [Pa]", sheets.ENERGY]
+        [(1.0, 0.0, 0.0), (0.9, 2000.0, 0.1)], columns=["thickness [mm]", "pressure [Pa]", rows.ENERGY]
     )
-    (row,) = sheets._thickness_rows([pressed, pressed], [50.0])[1:]
+    (row,) = rows.thickness_rows([pressed, pressed], [50.0])[1:]
     assert row == ["energy of pressing to 50 Pa", "6.25e-05", "not known", "J/m2", ""]
 
 
@@ -82,7 +83,7 @@ def test_energy_is_a_square_of_the_force_inside_an_increment():
     ],
 )
 def test_every_number_has_an_uncertainty_or_says_that_it_is_not_known(values, texts):
-    assert sheets._row("length", values, "m") == ["length", *texts, "m", ""]
+    assert rows._row("length", values, "m") == ["length", *texts, "m", ""]
 
 
 def test_the_loss_of_a_cycle_is_the_area_of_its_loop():
@@ -168,7 +169,7 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
     assert float(table.loc["energy of pressing to 4900 Pa", "value"]) > 0
     for quantity in ("bending stiffness, wale", "curling moment at rest, wale"):
         assert list(table.loc[quantity, ["value", "uncertainty"]]) == ["not known", "not known"]
-    assert table.loc["bending stiffness, wale", "remark"] == sheets.SLACK  # rows of drawn loops do not touch
+    assert table.loc["bending stiffness, wale", "remark"] == rows.SLACK  # rows of drawn loops do not touch
     assert float(table.loc["bending stiffness, course", "value"]) > 0  # of the yarns alone
     loads = {"course", "wale", "shear", "both ways 1:1", "both ways 1:0.5", "press"}
     assert set(made[0].curves["load"]) == loads
@@ -278,8 +279,8 @@ def bent(slope, cycle=True):
 
 
 def test_bending_is_a_slope_a_hysteresis_and_a_moment_at_rest():
-    rows = sheets._bending_rows([bent(1e-5), bent(2e-5, cycle=False)], 0.08, None)
-    table = {row[0]: row[1:4] for row in rows}
+    made = rows.bending_rows([bent(1e-5), bent(2e-5, cycle=False)], 0.08, None)
+    table = {row[0]: row[1:4] for row in made}
     assert table["bending stiffness, course"] == ["1e-05", "1e-05", "N m"]
     assert table["bending stiffness at first, wale"] == ["3e-05", "3e-05", "N m"]
     # From 250 to 50 1/m the way back is straight: at 100 it has lost three quarters of 1e-4 N.

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import logging
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from io import BytesIO
@@ -34,23 +34,28 @@ from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
-from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store
-from knitstudy.use.decks.fabric import LAWS, section_matrix, write_membrane, write_shell, write_sliding
+from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
-    ENERGY,
-    PRESSURE,
     PULL,
     STRAIN,
-    THICKNESS,
     curve_table,
     force_over_strain,
-    left_by_cycle,
     loss_of_cycle,
+)
+from knitstudy.use.sheet_numbers import (
+    NOT_KNOWN,
+    PRESS,
+    SHEAR,
+    bending_rows,
+    construction_rows,
+    load_rows,
+    thickness_rows,
+    when,
 )
 from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution, styled
 
@@ -58,34 +63,25 @@ log = logging.getLogger(__name__)
 
 FORCE = 100.0  # N/m
 PRESSURES = (49.0, 1000.0, 4900.0)  # Pa, of KES-FB3, ISO 5084, and the largest one of KES
-PRESS = "press"
 BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
 CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments between plates
 EVEN = 30  # increments of the path that counts; of a cycle half of them go back
 BACK = 0.02  # of the largest strain, where a cycle ends
-SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
-# Curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
-BENT = (50.0, 100.0, 150.0)
 # A load that turns: of bending as well
 THERE_AND_BACK: dict[str, Any] = {"load.strain": 0.05, "load.turns": [0.1]}
 
-SAME = 1e-9  # of a value: others that are as near are the same by construction, and say nothing of it
-NOT_KNOWN = "not known"
-SLACK = "slack, or the path ended early"
 CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
-NEEDS_TEX = ("tightness factor", "mass per area")
 VALUES = (".youngs_modulus", ".stretching", ".bending", ".twisting", ".pressing")  # of yarns, in a note
-GIVEN = ("length of yarn in a stitch", "tightness factor")  # of the scene: both starts have the same
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
@@ -232,10 +228,10 @@ def fabric_sheet(
     told = cell.tex if isnan(tex) else tex
     maker.notes.insert(0, _of_yarns(cell, told))
     rows = [
-        *_construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
-        *_thickness_rows(curves[PRESS], pressures),
-        *_load_rows(curves, force),
-        *_bending_rows(bent, ERROR if verified else 0.0, tied),
+        *construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
+        *thickness_rows(curves[PRESS], pressures),
+        *load_rows(curves, force),
+        *bending_rows(bent, ERROR if verified else 0.0, tied),
     ]
     return Sheet(
         scene=scene,
@@ -371,137 +367,3 @@ def _alone(method: Callable[[_Maker], Any]) -> tuple[Any, dict[str, xr.Dataset],
     """Return what a method returns in a process of its own, with what it leaves in its `_Maker`."""
     maker = replace(_forked, coarse={}, notes=[])
     return method(maker), maker.coarse, maker.notes
-
-
-def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
-    """Return a column of a curve where another one first reaches a value; nan where it never does.
-
-    Examples
-    --------
-    >>> when(pd.DataFrame({"strain": [0.0, 0.25, 0.5], "force": [0.0, 2.0, 6.0]}), "strain", "force", 4.0)
-    0.375
-    """
-    beyond = np.flatnonzero(curve[of] >= value)
-    if not len(beyond) or beyond[0] == 0:
-        return nan
-    pair = curve.iloc[beyond[0] - 1 : beyond[0] + 1]
-    return float(np.interp(value, pair[of], pair[column]))
-
-
-def energy_to(curve: pd.DataFrame, along: str, of: str, value: float) -> float:
-    """Return the energy where a force over a strain, or a pressure over a thickness, first reaches a value."""
-    until = when(curve, along, of, value)
-    if isnan(until):
-        return nan
-    last = curve.iloc[int(np.argmax(curve[of] >= value)) - 1]
-    way = abs(until - last[along]) * (1e-3 if along == THICKNESS else 1.0)
-    return float(last[ENERGY] + 0.5 * (last[of] + value) * way)
-
-
-def _row(quantity: str, values: Iterable[float], unit: str, remark: str = "") -> list[str]:
-    """Return a row of the table of a value and others, whose largest difference is its uncertainty if they differ."""
-    value, *others = values
-    apart = float(np.max([abs(other - value) for other in others] or [nan]))
-    apart = apart if apart > SAME * abs(value) else nan
-    texts = [NOT_KNOWN if isnan(x) else f"{x:.{digits}g}" for x, digits in ((value, 4), (apart, 2))]
-    return [quantity, *texts, unit, remark]
-
-
-def _construction_rows(
-    cell: CellOfBeams, histories: Iterable[xr.Dataset], tex: Floats | float
-) -> list[list[str]]:
-    """Return the construction at rest, of one start and the other."""
-    size = cell.pattern.loops, cell.pattern.rows, cell.radius
-    starts = [{number.name: number for number in at_rest(history, *size, tex)} for history in histories]
-    rows = []
-    for name, number in starts[0].items():
-        values = [float(start[name].value) for start in starts]
-        quantity, value, uncertainty, *about = _row(name, values, number.unit)
-        rows.append([quantity, value, "given" if name in GIVEN else uncertainty, *about])
-    rows += [
-        _row(name, [nan], "", "rows differ" if np.all(np.isfinite(tex)) else "needs the tex of the yarn")
-        for name in NEEDS_TEX
-        if name not in starts[0]
-    ]
-    return rows
-
-
-def _thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -> list[list[str]]:
-    """Return the thickness between plates at pressures [Pa], and the work up to there."""
-    numbers = (("thickness at", when, "mm"), ("energy of pressing to", energy_to, "J/m2"))
-    return [
-        _row(f"{what} {p:g} Pa", [number(curve, THICKNESS, PRESSURE, p) for curve in curves], unit)
-        for what, number, unit in numbers
-        for p in pressures
-    ]
-
-
-def _load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> list[list[str]]:
-    """Return what columns of curves are where others reach a value, and the losses of cycles."""
-
-    def row(load: str, quantity: str, unit: str, scale: float, column: str, of: str, value: float) -> None:
-        rows.append(_row(quantity, [scale * when(curve, column, of, value) for curve in curves[load]], unit))
-
-    rows: list[list[str]] = []
-    for way, across in (STRAINS[:2], STRAINS[1::-1]):
-        pull = PULL(way)
-        for part in (0.1 * force, 0.5 * force, force):
-            row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
-        row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
-        energies = [energy_to(curve, STRAIN(way), pull, force) for curve in curves[way]]
-        rows.append(_row(f"{way} energy to {force:g} N/m", energies, "J/m2"))
-        forces = force_over_strain(curves[way][0], way)
-        loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
-        what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
-        rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
-        what = "or less: the way back ends there" if carries else "least width of the band at rest"
-        rows.append(_row(f"{way} strain that a cycle leaves", [PERCENT * left_by_cycle(forces)], "%", what))
-    pull = PULL("course")
-    for load in (load for load in curves if load not in (*STRAINS, PRESS)):
-        row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
-        row(load, f"{load}, wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
-    stiffness = f"shear stiffness at {SHEARED:g} rad"
-    row("shear", stiffness, "N/m", 1 / SHEARED, PULL("shear"), STRAIN("shear"), SHEARED)
-    return rows
-
-
-def _bending_rows(bent: Sequence[xr.Dataset], error: float, tied: xr.Dataset | None) -> list[list[str]]:
-    """Return bending and curling: from both starts, and of tied yarns at their drawn loops."""
-    rows, units = [], ("N m", "N m", "N", "J/m2", "N")
-    for k, way in enumerate(STRAINS[:2]):
-        starts = [_bent(each.isel(direction=k)) for each in bent]
-        for (name, (value, remark)), unit in zip(starts[0].items(), units, strict=True):
-            others = [of[name][0] for of in starts[1:]] + ([(1 + error) * value] if error else [])
-            values = [value, *(other for other in others if not isnan(other))]
-            rows.append(_row(name.format(way), values, unit, SLACK if isnan(value) else remark))
-    if tied is not None:
-        matrix, drawn, front = section_matrix(tied), "drawn loops", "tension in front where positive"
-        for k, way in enumerate(STRAINS[:2]):
-            rows.append(_row(f"bending stiffness, {way}, yarns tied", [matrix[3 + k, 3 + k]], "N m", drawn))
-            rows.append(
-                _row(f"moment at 1 % strain, {way}, yarns tied", [0.01 * matrix[k, 3 + k]], "N", front)
-            )
-    return rows
-
-
-def _bent(bent: xr.Dataset) -> dict[str, tuple[float, str]]:
-    """Return numbers and remarks of bending in one direction, nan where the cell is slack or the path ended before."""
-    curve = bent[["curvature", "moment_per_width", "friction_per_area"]].to_pandas()
-    turn = int(curve["curvature"].argmax()) if len(curve) else 0
-    low, middle, high = (when(curve, "moment_per_width", "curvature", at) for at in BENT)
-    back = when(-curve[turn:], "moment_per_width", "curvature", -BENT[1])
-    first = float(bent["first_bending_stiffness"])
-    slack = nan if isnan(low) else 1.0
-    return {
-        "bending stiffness, {}": ((high - low) / (BENT[2] - BENT[0]), f"{BENT[0]:g} to {BENT[2]:g} 1/m"),
-        "bending stiffness at first, {}": (slack * first, "yarns that touch stick"),
-        "bending hysteresis, {}": (middle + back, f"there less back at {BENT[1]:g} 1/m"),
-        "bending loss of a cycle, {}": (
-            nan if isnan(back) else float(curve["friction_per_area"].iloc[-1]),
-            "between 250 and -250 1/m",
-        ),
-        "curling moment at rest, {}": (
-            slack * float(curve["moment_per_width"].iloc[0]),
-            "holds the fabric flat",
-        ),
-    }
