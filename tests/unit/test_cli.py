@@ -100,7 +100,22 @@ def test_check_scene(knitstudy, config, monkeypatch):
     assert columns == ["key", "value", "unit", "role", "provenance", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
     assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "set here"]
-    assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
+    assert size[5] == "default: stated, Table 5: 0.3 mm, of a radius of 0.9 mm"
+
+
+def test_sources_are_those_of_the_value_and_not_of_the_default(knitstudy, monkeypatch):
+    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
+    scene = ("check", "fabric-acrylic-stockinette-course-free", "--sources")
+    rows = {
+        row[0]: row[4:6] for row in table(knitstudy(*scene, "--set", "pattern.courses_per_metre=500"))[:-1]
+    }
+    assert rows["load.strain"][0] == "set by the scene"
+    assert rows["load.strain"][1].startswith("default: stated, Section 3.1: 5 %")
+    assert rows["pattern.course_spacing"][0] == "set here"
+    assert rows["yarn.bending"][0] == "printed"
+    assert rows["yarn.bending"][1].startswith("Singal et al. 2024")
+    assert rows["pattern.loop_length"] == ["printed", "Singal et al. 2024, files of their simulations"]
+    assert rows["pattern.clearance"][0] == "assumed"
 
 
 def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, monkeypatch):

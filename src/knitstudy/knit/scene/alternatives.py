@@ -149,15 +149,28 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
     if not first:  # friction is of both
-        values = {
-            key.replace("yarn.", f"{section}."): value for key, value in values.items() if key != FRICTION
-        }
-        own = [key.replace("yarn.", f"{section}.") for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        values = {_in_section(key, section): value for key, value in values.items() if key != FRICTION}
+        own = [_in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
         if lacking := [key for key in own if key not in values | remaining]:
             raise ConfigurationError(
                 f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
             )
     return remaining, {tex_key: None} | values | tex
+
+
+def _in_section(key: str, section: str) -> str:
+    """Return the key of a section of yarns that is that of the first one."""
+    return key.replace(f"{SECTIONS[0]}.", f"{section}.")
+
+
+def values_of_yarns(keys: Mapping[str, Any]) -> list[tuple[str, Value]]:
+    """Return the values of the yarns that keys name, each behind the key of a scene that it may be the value of."""
+    named = [(section, read_yarn(keys[of])) for section in SECTIONS if (of := f"{section}.of") in keys]
+    values = [
+        (s, KEYS[part][0], value) for s, yarn in named for part, value in yarn.values.items() if part in KEYS
+    ]
+    values += [(s, LENGTH, length) for s, yarn in named for length in yarn.loop_lengths]
+    return [(_in_section(key, section), value) for section, key, value in values]
 
 
 def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from collections.abc import Mapping
+from contextlib import suppress
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -10,10 +12,10 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import known_yarns, read_yarn
+from knitstudy.knit.scene.alternatives import known_yarns, read_yarn, values_of_yarns
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import documented
-from knitstudy.knit.scene.kinds import MODELS, Labels, word_of
+from knitstudy.knit.scene.kinds import MODELS, Labels, defaults_of_fields, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
@@ -125,7 +127,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     resolve, is an error.
 
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
-    a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
+    a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen, and of
+    another value who set it: the file of a yarn says where its values come from.
 
     \b
     knitstudy check                              the default configuration
@@ -142,7 +145,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         scene = changed_scene(what, changes, config)
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
-            _print_keys(scene, sources, dict(changes))
+            _print_keys(scene, sources, _origins(what, changes, scene, config))
             click.echo(loop or "", nl=bool(loop))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
@@ -175,16 +178,37 @@ def _checked_loop(scene: Scene) -> str:
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
-def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
+def _origins(what: str, changes: Changes, scene: Scene, config: Path) -> dict[str, tuple[str, str]]:
+    """Return who gave a scene its values that are not defaults, and the source in the file of a yarn, by key."""
+    defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
+    member, changed = load_families(config).get(what), dict(changes)
+    if changes:
+        with suppress(ConfigurationError):  # only the changes make it a scene
+            before = flat(changed_scene(what, (), config).to_dict())
+    yarns = values_of_yarns((member.keys if member else {}) | changed)
+    origins = {}
+    for key, value in flat(scene.to_dict()).items():
+        of_yarn = next((given for name, given in yarns if (name, given.value) == (key, value)), None)
+        if key in changed:
+            origins[key] = "set here", ""
+        elif of_yarn:
+            origins[key] = of_yarn.provenance, of_yarn.source
+        elif key not in LABELS and value != defaults.get(key):
+            origins[key] = "set by the scene" if before.get(key) == value else "set here", ""
+    return origins
+
+
+def _print_keys(scene: Scene, sources: bool, origins: Mapping[str, tuple[str, str]]) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
     rows = []
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
         described = documented(type(scene.sections[name]) if name else Labels, field)
-        said = [getattr(described, column) for column in columns]
-        if key in changes:
-            said[columns.index("provenance")] = "set here"
-        rows.append((key, word_of(value), *said))
+        if key in origins:
+            provenance, source = origins[key]
+            source = source or f"default: {described.provenance}, {described.source}"
+            described = replace(described, provenance=provenance, source=source)
+        rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
 
 
