@@ -59,6 +59,9 @@ SECOND = SECTIONS[1]
 ROWS = f"{SECOND}.rows"
 LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
+NAMELESS = "scene"
+"""Name of scenes that are made in Python without a name."""
+
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -71,7 +74,7 @@ class SceneType(SectionType):
         def __call__(cls, **parts: Any) -> Any:
             """Return a scene; ConfigurationError where a key is unknown or has a wrong value."""
             document = {name: said(part) for name, part in parts.items()}
-            labels = _labels(cls) | {"knit": document.get("name", "scene")}
+            labels = _labels(cls) | {"knit": document.get("name", NAMELESS)}
             return cls.from_dict(labels | document, "scene", packaged_defaults())
 
 
@@ -343,7 +346,7 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
         raise ConfigurationError(f"{cls.__name__} is no class of scenes of a model; take one of {known}")
     interaction = "isotropic" if cls.touches else "tie"
     return {
-        "name": "scene",
+        "name": NAMELESS,
         "fidelity": model.name,
         "specimen": cls.specimens[0],
         "interaction": interaction,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from math import nan
@@ -145,7 +144,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         scene = changed_scene(what, changes, config)
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
-            _print_keys(scene, sources, _origins(what, changes, scene, config))
+            _print_keys(scene, sources, what, changes, config)
             click.echo(loop or "", nl=bool(loop))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
@@ -178,36 +177,23 @@ def _checked_loop(scene: Scene) -> str:
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
-def _origins(what: str, changes: Changes, scene: Scene, config: Path) -> dict[str, tuple[str, str]]:
-    """Return who gave a scene its values that are not defaults, and the source in the file of a yarn, by key."""
-    defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
-    member, changed = load_families(config).get(what), dict(changes)
-    if changes:
-        with suppress(ConfigurationError):  # only the changes make it a scene
-            before = flat(changed_scene(what, (), config).to_dict())
-    yarns = values_of_yarns((member.keys if member else {}) | changed)
-    origins = {}
-    for key, value in flat(scene.to_dict()).items():
-        of_yarn = next((given for name, given in yarns if (name, given.value) == (key, value)), None)
-        if key in changed:
-            origins[key] = "set here", ""
-        elif of_yarn:
-            origins[key] = of_yarn.provenance, of_yarn.source
-        elif key not in LABELS and value != defaults.get(key):
-            origins[key] = "set by the scene" if before.get(key) == value else "set here", ""
-    return origins
-
-
-def _print_keys(scene: Scene, sources: bool, origins: Mapping[str, tuple[str, str]]) -> None:
+def _print_keys(scene: Scene, sources: bool, what: str, changes: Changes, config: Path) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
-    rows = []
+    defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
+    with suppress(ConfigurationError):  # only the changes make it a scene
+        before = flat(changed_scene(what, (), config).to_dict()) if changes else before
+    member, changed, rows = load_families(config).get(what), dict(changes), []
+    yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
         described = documented(type(scene.sections[name]) if name else Labels, field)
-        if key in origins:
-            provenance, source = origins[key]
-            source = source or f"default: {described.provenance}, {described.source}"
-            described = replace(described, provenance=provenance, source=source)
+        if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
+            described = replace(described, provenance=given[0].provenance, source=given[0].source)
+        elif key in changed or (key not in LABELS and value != defaults.get(key)):
+            here = key in changed or before.get(key) != value
+            default = f"default: {described.provenance}, {described.source}"
+            who = "set here" if here else "set by the scene"
+            described = replace(described, provenance=who, source=default)
         rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
 
