@@ -20,7 +20,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
-from knitstudy.knit.scene.keys import Positive, Section, declared, validated
+from knitstudy.knit.scene.keys import Positive, Section, declared, refused, validated
 from knitstudy.knit.scene.knitout import repeat_of
 from knitstudy.knit.scene.stitches import size_of_repeat
 from knitstudy.mechanics.arrays import Floats
@@ -115,7 +115,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         repeat = _content(repeat_of, path, *part)
         size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
-    mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
+    mixed = len(set("".join(_rows(keys_of_base)))) > 1
     if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
         keys_of_base[POINTS] = None
     return keys_of_base
@@ -136,7 +136,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     remaining, tex = dict(keys), {tex_key: keys[tex_key]} if tex_key in keys else {}
     if of not in remaining:
         return remaining, tex
-    yarn, stitches = read_yarn(remaining.pop(of), where), tuple(remaining.get(STITCHES) or ())
+    yarn, stitches = read_yarn(remaining.pop(of), where), _rows(remaining)
     lengths = [
         loop_length.value
         for loop_length in yarn.loop_lengths
@@ -173,6 +173,12 @@ def values_of_yarns(keys: Mapping[str, Any]) -> list[tuple[str, Value]]:
     return [(_in_section(key, section), value) for section, key, value in values]
 
 
+def _rows(keys: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the rows of stitches that keys name; what they cannot be, the section of the scene refuses."""
+    rows = keys.get(STITCHES)
+    return tuple(map(str, rows)) if isinstance(rows, list | tuple) else ()
+
+
 def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:
     """Return what a function reads from a file; every version of the file is read once."""
     return _read(read, path, path.stat().st_mtime_ns if path.is_file() else 0, *part)
@@ -203,8 +209,9 @@ def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
 
 
 def _positive(name: str, value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) <= 1e12:
-        raise ConfigurationError(f"{where}: {name} is {value!r} but must be a number > 0 and <= 1e12")
+    number = isinstance(value, Real) and not isinstance(value, bool)
+    if not number or not 0 < value <= 1e12:
+        raise ConfigurationError(f"{where}: {refused(name, value, 'a number > 0 and <= 1e12')}")
     return float(value)
 
 
@@ -264,8 +271,9 @@ def _table(path: Path) -> np.ndarray:
     if not named and len(head) == 3 and pd.to_numeric(table.iloc[0], errors="coerce").notna().all():
         return table.to_numpy(dtype=float)
     units = {unit for _, unit in named.values()}
-    if len(named) < 3 or len(units) > 1:
-        raise ValueError(f"the first row is {', '.join(head)}")
+    if len(named) < 3 or len(units) > 1 or len(table) < 2:
+        alone = ", and no other follows" if len(table) < 2 else ""
+        raise ValueError(f"the first row is {', '.join(head)}{alone}")
     points = table.iloc[1:, [named[axis][0] for axis in "xyz"]].to_numpy(dtype=float)
     return points * (1e-3 if units == {"mm"} else 1.0)
 
