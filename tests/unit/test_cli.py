@@ -1,5 +1,6 @@
 """The command parses and prints, and ends with one message where something is wrong."""
 
+import os
 import re
 import sys
 from importlib import import_module
@@ -12,7 +13,9 @@ from synthetic import geometry
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
+from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import own_scenes
 from knitstudy.run.simulations import Results
 
 ROOT = Path(__file__).parents[2]
@@ -92,6 +95,7 @@ def test_check_folder(knitstudy, config):
 def test_check_scene(knitstudy, config, monkeypatch):
     monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
+    Path("dns-a").mkdir()  # a folder that is called as the scene
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
     assert ["mesh.size", "0.4", "yarn radii", "resolution", "set here"] in rows
@@ -186,6 +190,9 @@ def test_scenes_of_ones_own_beside_those_of_knitstudy(knitstudy, tmp_path, simul
     assert (simulated["scene"].name, simulated["scene"].yarn.diameter) == ("jersey", 0.25e-3)
     path.write_text(JERSEY_FILE.replace("jersey\n", "dns-tie-course\n"))
     assert "is there twice, the first in the family '2-hexahedra'" in message(knitstudy("check", config))
+    family = Path(os.path.relpath(CONFIG / "scenes" / "2-hexahedra.yaml"))
+    assert "valid; " in knitstudy("check", family).stdout
+    assert own_scenes(family)[0] == "dns-tie-course"
 
 
 def test_file_of_several_scenes_and_none(knitstudy, tmp_path):

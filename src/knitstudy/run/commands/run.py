@@ -110,7 +110,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 
 
 @click.command()
-@click.argument("scene")
+@scene_argument()
 @set_option
 @console.output_option
 @config_option

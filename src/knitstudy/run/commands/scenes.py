@@ -70,6 +70,8 @@ def list_scenes(
     knitstudy list --yarns                       values with their intervals, and where they come from
     """
     if yarns:
+        if study or family or fidelity:
+            raise click.UsageError("--study, --family and --fidelity are for scenes, and not for --yarns")
         return _print_yarns()
     if fidelity is not None:
         MODELS.find(fidelity, "--fidelity")
@@ -136,7 +138,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     knitstudy check yarns-tie-course --sources     and their sources
     knitstudy check yarns-tie-course --set mesh.size=0.5
     """
-    if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
+    file = what is not None and what.endswith((".yaml", ".yml"))
+    if what is None or file or (Path(what).is_dir() and what not in load_families(config)):
         if changes or sources:
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
