@@ -401,6 +401,15 @@ def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
     assert line in message(knitstudy("list"))
 
 
+def test_a_folder_called_as_a_number_is_one(knitstudy, monkeypatch):
+    given = []
+    monkeypatch.setattr(
+        "knitstudy.run.commands.run.snakemake", lambda arguments: given.extend(arguments) or 1
+    )
+    knitstudy("study", "--folder", "2024")
+    assert given[-1] == "folder=./2024"
+
+
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
     monkeypatch.setattr("knitstudy.run.trade.run", lambda *_, **__: pytest.fail("it ran"))

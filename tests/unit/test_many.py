@@ -146,4 +146,7 @@ def test_a_process_that_dies_is_named(cell, monkeypatch, tmp_path):
 
 
 def test_nothing_is_simulated_of_nothing(tmp_path):
+    for wrong in ({"jobs": -1}, {"errors": "ignore"}):
+        with refusal("must be 1 or more, and raise or coerce"):
+            simulate_many([], tmp_path, **wrong)
     assert simulate_many([], tmp_path) == []

@@ -130,10 +130,8 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
     """Return the families' members by the names of their scenes: file, studies and keys of each."""
     config = Path(config)
-    own = _own_files(config)
-    mine = {path.resolve() for path in own}  # which may be one of the base
-    base = family_files(base_of(config) / FAMILIES)
-    return read_families([path for path in base if path.resolve() not in mine] + own)
+    paths = family_files(base_of(config) / FAMILIES) + _own_files(config)
+    return read_families({path.resolve(): path for path in paths}.values())  # each once
 
 
 def _own_files(config: Path) -> list[Path]:

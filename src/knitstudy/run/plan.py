@@ -205,15 +205,15 @@ class Plan:
         A changed scene must not take the place of the one that it was made from: its name, and the label of its knit
         where the geometry has changed, end with digits of their hash. So do those of scenes that nobody has named.
         """
-        unnamed = NAMELESS not in self.configured and scene.name == NAMELESS
+        new = NAMELESS not in self.configured and scene.name == NAMELESS
         named, knit = self.configured.get(scene.name, scene), self.knits.get(scene.knit, scene)
-        changed = knit.geometry_key != scene.geometry_key
-        return with_digits(scene, unnamed or named.hash != scene.hash, unnamed or changed)
+        return with_digits(
+            scene, new or named.hash != scene.hash, new or knit.geometry_key != scene.geometry_key
+        )
 
 
 def with_digits(scene: Scene, name: bool = True, knit: bool = True) -> Scene:
     """Return a scene with digits of their hash behind its name, and behind the label of its knit; both may be cut."""
-    room = 199 - DIGITS  # names have at most 200 letters
-    labels = {"name": f"{scene.name[:room]}-{scene.hash[:DIGITS]}"} if name else {}
-    labels |= {"knit": f"{scene.knit[:room]}-{scene.geometry_key[:DIGITS]}"} if knit else {}
+    labels = {"name": f"{scene.name[: 199 - DIGITS]}-{scene.hash[:DIGITS]}"} if name else {}
+    labels |= {"knit": f"{scene.knit[: 199 - DIGITS]}-{scene.geometry_key[:DIGITS]}"} if knit else {}
     return scene.labelled(labels) if labels else scene

@@ -17,7 +17,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
@@ -139,6 +139,9 @@ def simulate_many(
 
     import knitstudy.knit.simulate  # noqa: F401  # once for all processes
 
+    if (jobs or 1) < 1 or errors not in ("raise", "coerce"):
+        wanted = "must be 1 or more, and raise or coerce"
+        raise ConfigurationError(f"jobs is {jobs} and errors is {errors!r} but they {wanted}")
     plan = Plan.of(config)
     scenes = [plan.labelled(scene) for scene in scenes]
     names = Counter(name for name, _ in {(scene.name, scene.hash) for scene in scenes})
@@ -173,7 +176,7 @@ def processes(tasks: int, jobs: int | None = None) -> Iterator[ProcessPoolExecut
         yield pool
     except BrokenProcessPool:
         why = "the system ended a process, perhaps for its memory"
-        raise KnitstudyError(f"{why}: take fewer jobs; results up to there are kept") from None
+        raise KnitstudyError(f"{why}: take fewer jobs, or smaller scenes; what is done is kept") from None
     finally:
         pool.shutdown(cancel_futures=True)
 

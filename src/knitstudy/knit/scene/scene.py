@@ -59,9 +59,7 @@ SECOND = SECTIONS[1]
 ROWS = f"{SECOND}.rows"
 LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
-NAMELESS = "scene"
-"""Name of scenes that are made in Python without a name."""
-
+NAMELESS = "scene"  # Name of scenes that are made in Python without a name
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -324,7 +322,8 @@ def set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> No
     if dot:
         document.setdefault(section, {})[field] = value
     elif key in sections:
-        raise ConfigurationError(f"{where}: {key} is {value!r} but must be a group of keys")
+        known = f"a group of keys; set one of them, such as {key}.{next(iter(sections[key]))}"
+        raise ConfigurationError(f"{where}: {key} is {value!r} but must be {known}")
     else:
         document[key] = value
 

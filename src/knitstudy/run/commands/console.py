@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
@@ -170,12 +171,10 @@ def scene_argument(name: str = "scene", **options: Any) -> Callable[[Command], C
 
 def _once(context: click.Context, option: click.Parameter, changes: Changes) -> Changes:
     """Return changes of keys; one that is given twice is refused."""
-    keys = [key for key, _ in changes]
-    for twice in (key for key in keys if keys.count(key) > 1):
-        values = " and ".join(plain(value) for key, value in changes if key == twice)
-        raise ConfigurationError(
-            f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
-        )
+    for key, times in Counter(key for key, _ in changes).items():
+        if times > 1:
+            values = " and ".join(plain(value) for other, value in changes if other == key)
+            raise ConfigurationError(f"--set {key} is given {times} times, {values}; once is allowed")
     return changes
 
 

@@ -128,8 +128,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     resolve, is an error.
 
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
-    a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen, and of
-    another value who set it: the file of a yarn says where its values come from.
+    a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen here;
+    and of another value who set it, or what the file of the yarn says of it.
 
     \b
     knitstudy check                              the default configuration
@@ -193,9 +193,8 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: Changes, config
         if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
             described = replace(described, provenance=given[0].provenance, source=given[0].source)
         elif key in changed or (key not in LABELS and value != defaults.get(key)):
-            here = key in changed or before.get(key) != value
+            who = "set here" if key in changed or before.get(key) != value else "set by the scene"
             default = f"default: {described.provenance}, {described.source}"
-            who = "set here" if here else "set by the scene"
             described = replace(described, provenance=who, source=default)
         rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
