@@ -102,7 +102,7 @@ def test_another_scene_of_one_name_is_a_warning(cell, made, tmp_path, caplog):
     simulate(cell, tmp_path, anew=True)
     assert not caplog.text
     simulate(cell.vary({FRICTION: 0.2}), tmp_path)
-    assert "cell.nc: is replaced, but holds another scene of this name (contact.friction)" in caplog.text
+    assert "cell.nc: another scene of this name (contact.friction) is replaced; set name" in caplog.text
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(

@@ -291,7 +291,7 @@ def warn_of_another(scene: Scene, path: Path) -> None:
         there, keys = flat(json.loads(recorded_digest(path, KEYS))), flat(scene.to_dict())
         if differ := [key for key in keys.keys() & there.keys() - {*LABELS} if keys[key] != there[key]]:
             which = ", ".join(sorted(differ)[:3])
-            log.warning("%s: is replaced, but holds another scene of this name (%s)", path, which)
+            log.warning("%s: another scene of this name (%s) is replaced; set name to keep both", path, which)
 
 
 Keys = dict[str, Any]
