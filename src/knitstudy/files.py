@@ -28,8 +28,11 @@ if TYPE_CHECKING:  # where they are needed, functions import them: the command s
 
 # Files written whole or not at all
 
-NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS, errno.EIO)
-"""Errors of disks that cannot be written: full, beyond a quota or a limit, read only, or broken."""
+REMEDIES = dict.fromkeys(
+    (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO),
+    "make room on the disk and type the same command again; what was there before is as it was",
+) | dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "name another folder, as with -o")
+"""What helps on errors of disks that are full, beyond a quota or a limit, or broken, and of folders of others."""
 
 
 def safe_name(text: str) -> str:
@@ -68,12 +71,18 @@ def replacing(path: Path | str) -> Iterator[Path]:
             os.replace(temporary, path)
             _flush_to_disk(path.parent)
     except OSError as error:
-        if error.errno not in NO_ROOM:
+        if error.errno not in REMEDIES:
             raise
-        remedy = "make room on the disk and type the same command again; what was there before is as it was"
+        remedy = REMEDIES[error.errno]
         raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def require_writable(path: Path) -> None:
+    """Raise the DataFileError of `replacing` before anything is computed for a file that cannot be written."""
+    with suppress(InterruptedError), replacing(path):
+        raise InterruptedError
 
 
 @contextmanager
@@ -83,7 +92,7 @@ def _locked(temporary: Path) -> Iterator[None]:
     try:
         with beside.open("ab") as lock:
             with suppress(OSError):  # a file system without locks
-                fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # lockf would not hold off other threads
             yield
     finally:
         beside.unlink(missing_ok=True)
@@ -96,7 +105,7 @@ def _clear_abandoned(path: Path) -> None:
         abandoned = left.with_name(left.name.removesuffix(".lock"))
         beside = Path(f"{abandoned}.lock")
         with suppress(OSError), beside.open("ab") as lock:  # OSError: its writer holds the lock
-            fcntl.lockf(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             abandoned.unlink(missing_ok=True)
             beside.unlink(missing_ok=True)
 

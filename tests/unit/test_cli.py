@@ -1,5 +1,6 @@
 """The command parses and prints, and ends with one message where something is wrong."""
 
+import os
 import re
 import sys
 from importlib import import_module
@@ -12,7 +13,9 @@ from synthetic import geometry
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
+from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.run.commands.main import main
+from knitstudy.run.configuration import own_scenes
 from knitstudy.run.simulations import Results
 
 ROOT = Path(__file__).parents[2]
@@ -92,6 +95,7 @@ def test_check_folder(knitstudy, config):
 def test_check_scene(knitstudy, config, monkeypatch):
     monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
     change = ("--config", config, "--set", "mesh.size=0.4", "--set", "load.stops=[0.01, 2e-2]")
+    Path("dns-a").mkdir()  # a folder that is called as the scene
     rows = table(knitstudy("check", "dns-a", *change))
     assert rows[0] == ["key", "value", "unit", "role", "provenance"]
     assert ["mesh.size", "0.4", "yarn radii", "resolution", "set here"] in rows
@@ -100,7 +104,22 @@ def test_check_scene(knitstudy, config, monkeypatch):
     assert columns == ["key", "value", "unit", "role", "provenance", "source", "checked"]
     (size,) = [row for row in rows if row[0] == "mesh.size"]
     assert size[:5] == ["mesh.size", "0.4", "yarn radii", "resolution", "set here"]
-    assert size[5] == "Table 5: 0.3 mm, of a radius of 0.9 mm"
+    assert size[5] == "default: stated, Table 5: 0.3 mm, of a radius of 0.9 mm"
+
+
+def test_sources_are_those_of_the_value_and_not_of_the_default(knitstudy, monkeypatch):
+    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
+    scene = ("check", "fabric-acrylic-stockinette-course-free", "--sources")
+    rows = {
+        row[0]: row[4:6] for row in table(knitstudy(*scene, "--set", "pattern.courses_per_metre=500"))[:-1]
+    }
+    assert rows["load.strain"][0] == "set by the scene"
+    assert rows["load.strain"][1].startswith("default: stated, Section 3.1: 5 %")
+    assert rows["pattern.course_spacing"][0] == "set here"
+    assert rows["yarn.bending"][0] == "printed"
+    assert rows["yarn.bending"][1].startswith("Singal et al. 2024")
+    assert rows["pattern.loop_length"] == ["printed", "Singal et al. 2024, files of their simulations"]
+    assert rows["pattern.clearance"][0] == "assumed"
 
 
 def test_plugins_of_another_configuration_run_only_if_named(knitstudy, config, monkeypatch):
@@ -171,6 +190,9 @@ def test_scenes_of_ones_own_beside_those_of_knitstudy(knitstudy, tmp_path, simul
     assert (simulated["scene"].name, simulated["scene"].yarn.diameter) == ("jersey", 0.25e-3)
     path.write_text(JERSEY_FILE.replace("jersey\n", "dns-tie-course\n"))
     assert "is there twice, the first in the family '2-hexahedra'" in message(knitstudy("check", config))
+    family = Path(os.path.relpath(CONFIG / "scenes" / "2-hexahedra.yaml"))
+    assert "valid; " in knitstudy("check", family).stdout
+    assert own_scenes(family)[0] == "dns-tie-course"
 
 
 def test_file_of_several_scenes_and_none(knitstudy, tmp_path):
@@ -377,6 +399,15 @@ def test_faults_of_the_system_are_one_line(knitstudy, monkeypatch, error, line):
 
     monkeypatch.setattr("knitstudy.run.commands.scenes.load_families", fail)
     assert line in message(knitstudy("list"))
+
+
+def test_a_folder_called_as_a_number_is_one(knitstudy, monkeypatch):
+    given = []
+    monkeypatch.setattr(
+        "knitstudy.run.commands.run.snakemake", lambda arguments: given.extend(arguments) or 1
+    )
+    knitstudy("study", "--folder", "2024")
+    assert given[-1] == "folder=./2024"
 
 
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):

@@ -116,6 +116,8 @@ def test_members_take_the_keys_of_family_entry_and_choices(folder):
 def test_files_are_read_in_the_order_of_their_numbers(folder):
     own = "studies: []\nscenes:\n- name: {}\n"
     path = folder(**{"10-b": own.format("b"), "9-a": own.format("a"), "own": own.format("c")})
+    for hidden in (".#own.yaml", "._own.yaml", ".own.yml"):  # of editors and systems
+        (path / hidden).write_text("\0")
     names = list(read_families(family_files(path)))
     assert (names[:2], names[-1]) == (["a", "b"], "c")
     assert read_families(family_files(path))["a"].studies == ()

@@ -72,10 +72,17 @@ def test_files_that_others_write_are_left_alone(tmp_path):
     dead.write_text("half")
     live.write_text("half")
     (tmp_path / ".a.3.partial.csv.lock").touch()  # killed after its file had got its name
-    with held_by_another_program("open(path, 'wb'); fcntl.lockf(f, fcntl.LOCK_EX)", f"{live}.lock"):
+    with held_by_another_program("open(path, 'wb'); fcntl.flock(f, fcntl.LOCK_EX)", f"{live}.lock"):
         with replacing(tmp_path / "a.csv") as temporary:
             temporary.write_text("new")
         assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, f"{live.name}.lock", "a.csv"]
+
+
+def test_threads_that_write_one_file_leave_each_other_alone(tmp_path):
+    with replacing(tmp_path / "a.csv") as one, replacing(tmp_path / "a.csv") as other:
+        one.write_text("one")
+        other.write_text("other")
+    assert (os.listdir(tmp_path), (tmp_path / "a.csv").read_text()) == (["a.csv"], "one")
 
 
 def test_a_result_that_another_program_writes_to_is_not_called_broken(tmp_path, dataset):
@@ -99,16 +106,22 @@ def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])
-def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails):
+@pytest.mark.parametrize(
+    ("number", "message"),
+    [
+        (errno.ENOSPC, r"cannot be written \(No space left on device\): make room on the disk"),
+        (errno.EACCES, r"cannot be written \(Permission denied\): name another folder, as with -o"),
+    ],
+)
+def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch, fails, number, message):
     path = tmp_path / "a.csv"
     path.write_text("old")
 
     def full(*arguments):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        raise OSError(number, os.strerror(number))
 
     monkeypatch.setattr(os, fails, full)
-    message = r"a\.csv: cannot be written \(No space left on device\): make room on the disk"
-    with refusal(message), replacing(path) as temporary:
+    with refusal(rf"a\.csv: {message}"), replacing(path) as temporary:
         temporary.write_text("new")
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.csv"]

@@ -275,3 +275,10 @@ def test_a_scene_takes_a_part_of_a_file(plain_scene):
     assert plain_scene.vary(keys).pattern.stitches == ("PK", "TK")
     with refusal("must be the first and the last one"):
         plain_scene.vary(keys | {"pattern.knitout_rows": [6, 3]})
+
+
+def test_a_part_whose_needles_are_idle_is_named(tmp_path):
+    passes = [(0, 1, 2), (2, 1, 0), *[(1, 2), (2, 1)] * 4, (0, 1, 2)]
+    lines = [f"knit {'+-'[number % 2]} f{n} 1" for number, each in enumerate(passes) for n in each]
+    with refusal("read as - from here on: needle f0 never knits"):
+        repeat_of(knitted(tmp_path / "a.k", "inhook 1", *lines), rows=(6, 9), needles=(0, 0))

@@ -1,5 +1,6 @@
 """Many scenes side by side, and histories that are scaled from those of other stiffnesses."""
 
+import errno
 import logging
 import os
 from dataclasses import replace
@@ -88,10 +89,32 @@ def test_another_modulus_costs_nothing(cell, made, tmp_path, caplog):
         assert float(second["strain"][-1]) == float(first["strain"][-1])
         assert second.attrs["scaled_from"] == f"cell {Plan.of().step('simulation', soft).digest}"
         assert second.attrs["scaled_by"] == 2
+        (tmp_path / "simulation" / "broken.nc").write_text("of another program")
+    assert "broken.nc" not in caplog.text
     assert "forces of cell times 2, as all stiffnesses" in caplog.text
     assert len(made()) == 1
     assert "scaled_from" not in simulate(stiff, tmp_path, anew=True).history.attrs
     assert len(made()) == 2
+
+
+def test_another_scene_of_one_name_is_a_warning(cell, made, tmp_path, caplog):
+    simulate(cell, tmp_path)
+    simulate(cell, tmp_path, anew=True)
+    assert not caplog.text
+    simulate(cell.vary({FRICTION: 0.2}), tmp_path)
+    assert "cell.nc: another scene of this name (contact.friction) is replaced; set name" in caplog.text
+
+
+def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(
+    cell, made, tmp_path, monkeypatch
+):
+    def denied(path, *arguments, **known):
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr("knitstudy.files._locked", denied)
+    with refusal("nc: cannot be written .Permission denied.: name another folder"):
+        simulate(cell, tmp_path / "of-others")
+    assert not (tmp_path / "made.txt").exists()
 
 
 def test_a_scene_that_fails_loses_no_other(cell, made, tmp_path, caplog):
@@ -123,4 +146,7 @@ def test_a_process_that_dies_is_named(cell, monkeypatch, tmp_path):
 
 
 def test_nothing_is_simulated_of_nothing(tmp_path):
+    for wrong in ({"jobs": -1}, {"errors": "ignore"}):
+        with refusal("must be 1 or more, and raise or coerce"):
+            simulate_many([], tmp_path, **wrong)
     assert simulate_many([], tmp_path) == []

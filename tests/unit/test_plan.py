@@ -16,7 +16,7 @@ from knitstudy.files import read_dataset, write_dataset
 from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.cost import expected_cost
-from knitstudy.run.plan import Plan
+from knitstudy.run.plan import Plan, with_digits
 from knitstudy.run.simulations import simulate
 from knitstudy.run.stages import STAGES, code_digest
 from knitstudy.run.store import Store
@@ -45,6 +45,10 @@ def test_changed_scenes_get_names_of_their_own(plan):
     assert plan.labelled(varied) == varied
     named = plan.labelled(scene.vary({"load.strain": 0.01, "name": "mine"}))
     assert named.name == "mine"
+    nameless = plan.labelled(scene.vary({"name": "scene", "knit": "scene"}))
+    assert (nameless.name, nameless.knit) == (f"scene-{scene.hash[:8]}", f"scene-{scene.geometry_key[:8]}")
+    assert plan.labelled(nameless) == nameless
+    assert with_digits(scene.vary({"name": "a" * 198})).name == f"{'a' * 191}-{scene.hash[:8]}"
 
 
 def test_reduced_model_is_made_from_contacts_of_its_own_geometry(plan):
@@ -254,7 +258,7 @@ def test_history_that_ends_early_is_not_written(sprung, made, tmp_path, monkeypa
     monkeypatch.setitem(STAGES, "simulation", instead)
     with refusal(r"simulation of beam ends at 0\.5 of the load"):
         simulate(load_scene("beam", sprung), tmp_path, config=sprung)
-    assert not (tmp_path / "simulation").exists()
+    assert not [*(tmp_path / "simulation").glob("*")]
 
 
 @pytest.fixture

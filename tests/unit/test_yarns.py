@@ -146,6 +146,9 @@ def test_filaments_are_as_many_as_the_name_says(name):
 
 OWN = "strands: [{{fibre: {fibre}, tex: {tex}, fibre_tex: {each}}}]\nvalues:\n  packing: {packing}\n"
 PACKING = "{value: 0.6, unit: '1', provenance: assumed, source: a test, interval: [0.45, 0.76]}"
+MEASURED = "provenance: measured, source: a test"
+CURVE = f"\n  pull: {{value: 0.1, unit: N/tex, {MEASURED}}}\n  extension: {{value: 0, unit: '1', {MEASURED}}}"
+LENGTHS = f"\nloop_lengths: [{{value: 9.5, unit: mm, {MEASURED}, stitches: [K]}}]"
 
 
 @pytest.mark.parametrize(("name", "tex", "each"), [("acrylic", 500.0, 0.33), ("cotton", 393.7, 0.165)])
@@ -166,6 +169,9 @@ def test_estimates_of_the_measured_yarns_hold_what_was_measured(tmp_path, name, 
         ({"fibre": "coton"}, "unknown fibre 'coton' .did you mean 'cotton'"),
         ({"tex": 0.0}, "strands.tex is 0.0 but must be a number > 0"),
         ({"packing": PACKING.replace("0.6", "-0.6")}, "packing is missing or not above 0"),
+        ({"packing": PACKING.replace("0.6", "60")}, "packing is missing or not above 0 and <= 1"),
+        ({"packing": f"{PACKING}{CURVE}"}, "extension is not above 0"),
+        ({"packing": f"{PACKING}{LENGTHS}"}, "loop_lengths.unit is 'mm' but must be m"),
         (
             {"packing": PACKING.replace("0.6", "null").replace("assumed", "unknown")},
             "packing is missing or not",

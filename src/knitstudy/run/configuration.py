@@ -130,20 +130,24 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
     """Return the families' members by the names of their scenes: file, studies and keys of each."""
-    config, base = Path(config), base_of(config)
-    paths = family_files(base / FAMILIES)
+    config = Path(config)
+    paths = family_files(base_of(config) / FAMILIES) + _own_files(config)
+    return read_families({path.resolve(): path for path in paths}.values())  # each once
+
+
+def _own_files(config: Path) -> list[Path]:
+    """Return the files of the families that a folder, or a file, adds to its base, or all of a base."""
     if config.is_file():
-        paths.append(config)
-    elif base != config:
-        paths += family_files(config / FAMILIES if (config / FAMILIES).is_dir() else config)
-    return read_families(paths)
+        return [config]
+    inside = config / FAMILIES
+    return family_files(inside if inside.is_dir() or base_of(config) == config else config)
 
 
 def scene_of_file(path: Path) -> str:
     """Return the name of the only scene that a file of a family defines; a ConfigurationError where it has several."""
     if not path.is_file():
         raise ConfigurationError(f"{path}: there is no such file")
-    names = [member.name for member in load_families(path).values() if member.where.startswith(f"{path}, ")]
+    names = own_scenes(path)
     if len(names) != 1:
         some = f"{', '.join(names[:3])}{' ...' if len(names) > 3 else ''}"
         raise ConfigurationError(f"{path}: has the scenes {some}; name one of them, with --config {path}")
@@ -162,9 +166,8 @@ def load_study(name: str, config: Path = CONFIG) -> tuple[str, ...]:
 
 def own_scenes(config: Path) -> tuple[str, ...]:
     """Return the names of the scenes that a folder, or a file, adds to the default configuration; else all."""
-    base = base_of(config)
-    known = () if base == Path(config) else load_families(base)
-    return tuple(name for name in load_families(config) if name not in known)
+    own = tuple(f"{path}, " for path in _own_files(Path(config)))
+    return tuple(member.name for member in load_families(config).values() if member.where.startswith(own))
 
 
 def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:

@@ -108,11 +108,12 @@ def family_files(folder: Path) -> list[Path]:
         raise ConfigurationError(
             f"{folder}: is missing; the configuration must have it, with a file a family"
         )
-    for path in folder.iterdir():
+    visible = [path for path in folder.iterdir() if not path.name.startswith(".")]  # but files of editors
+    for path in visible:
         if path.suffix != ".yaml" and path.suffix.lower() in (".yaml", ".yml"):
             better = path.with_suffix(".yaml").name
             raise ConfigurationError(f"{path}: is not read as a family; call it {better}")
-    files = (path for path in folder.glob("*.yaml") if path.name != CONFIGURATION)
+    files = (path for path in visible if path.suffix == ".yaml" and path.name != CONFIGURATION)
     paths = sorted(files, key=_place)
     if not paths:
         raise ConfigurationError(f"{folder}: must hold a family of scenes or more, each a file *.yaml")

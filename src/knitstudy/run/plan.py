@@ -11,7 +11,7 @@ from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, digest, rounded
+from knitstudy.knit.scene.scene import NAMELESS, Scene, digest, rounded
 from knitstudy.registry import find, plugin_files
 from knitstudy.run.configuration import knits_of, scenes_at_need
 from knitstudy.run.cost import Cost, machine_memory
@@ -203,14 +203,17 @@ class Plan:
         """Return a scene under labels of its own where the configuration gives its labels to other keys.
 
         A changed scene must not take the place of the one that it was made from: its name, and the label of its knit
-        where the geometry has changed, end with digits of their hash.
+        where the geometry has changed, end with digits of their hash. So do those of scenes that nobody has named.
         """
+        new = NAMELESS not in self.configured and scene.name == NAMELESS
         named, knit = self.configured.get(scene.name, scene), self.knits.get(scene.knit, scene)
-        return with_digits(scene, named.hash != scene.hash, knit.geometry_key != scene.geometry_key)
+        return with_digits(
+            scene, new or named.hash != scene.hash, new or knit.geometry_key != scene.geometry_key
+        )
 
 
 def with_digits(scene: Scene, name: bool = True, knit: bool = True) -> Scene:
-    """Return a scene with digits of their hash behind its name, and behind the label of its knit."""
-    labels = {"name": f"{scene.name}-{scene.hash[:DIGITS]}"} if name else {}
-    labels |= {"knit": f"{scene.knit}-{scene.geometry_key[:DIGITS]}"} if knit else {}
+    """Return a scene with digits of their hash behind its name, and behind the label of its knit; both may be cut."""
+    labels = {"name": f"{scene.name[: 199 - DIGITS]}-{scene.hash[:DIGITS]}"} if name else {}
+    labels |= {"knit": f"{scene.knit[: 199 - DIGITS]}-{scene.geometry_key[:DIGITS]}"} if knit else {}
     return scene.labelled(labels) if labels else scene

@@ -17,14 +17,14 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import Scene, questions
 from knitstudy.mechanics.batches import VARIABLE, threads
 from knitstudy.run.plan import Plan, with_digits
-from knitstudy.run.store import OF_STUDY, BeginProgress, Store
+from knitstudy.run.store import OF_STUDY, BeginProgress, Store, warn_of_another
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
     import xarray as xr
@@ -67,8 +67,8 @@ def simulate(
     ----------
     scene : Scene
         Of the configuration (`knitstudy.run.configuration.load_scene`), or a changed one (`Scene.vary`). Other keys
-        under a name of the configuration get a name of their own. If the geometry of a reduced model has changed, so
-        has that of the simulations that its joints and springs come from; their other keys are their own.
+        under a name of the configuration, or none, get a name of their own. If the geometry of a reduced model has
+        changed, so has that of the simulations that its joints and springs come from; their other keys are their own.
     folder : Path or str, optional
         Where results, and files for other programs that the scene's outputs ask for, are kept, and taken from if they
         are up to date; restart files of runs that were ended lie in its folder ``restart``. Results of a study in the
@@ -97,15 +97,18 @@ def simulate(
         store.folder, store.also = Path(folder), (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
-    if not anew and not store.holds(steps["simulation"]):
-        store.scale(steps["simulation"])
+    path = store.folder and store.folder / steps["simulation"].path
+    if anew or not store.holds(steps["simulation"]):
+        if path and scene.name not in plan.configured:
+            warn_of_another(scene, path)
+        if not anew:
+            store.scale(steps["simulation"])
     history = store.get(steps["simulation"], anew)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
     for step in steps.values() if store.folder else ():
         if step.wanted and not step.stage.is_dataset:
             store.get(step)
-    path = store.folder and store.folder / steps["simulation"].path
     return Results(scene, history=history, **beside, path=path)
 
 
@@ -136,6 +139,9 @@ def simulate_many(
 
     import knitstudy.knit.simulate  # noqa: F401  # once for all processes
 
+    if (jobs or 1) < 1 or errors not in ("raise", "coerce"):
+        wanted = "must be 1 or more, and raise or coerce"
+        raise ConfigurationError(f"jobs is {jobs} and errors is {errors!r} but they {wanted}")
     plan = Plan.of(config)
     scenes = [plan.labelled(scene) for scene in scenes]
     names = Counter(name for name, _ in {(scene.name, scene.hash) for scene in scenes})
@@ -170,7 +176,7 @@ def processes(tasks: int, jobs: int | None = None) -> Iterator[ProcessPoolExecut
         yield pool
     except BrokenProcessPool:
         why = "the system ended a process, perhaps for its memory"
-        raise KnitstudyError(f"{why}: take fewer jobs; results up to there are kept") from None
+        raise KnitstudyError(f"{why}: take fewer jobs, or smaller scenes; what is done is kept") from None
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -11,24 +11,26 @@ import logging
 import re
 import time
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
 from knitstudy.files import (
     fault_of,
     provenance,
     read_dataset,
     read_result,
     recorded_digest,
+    require_writable,
     seal,
     with_coordinates,
     write_dataset,
 )
 from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
-from knitstudy.knit.scene.scene import NOTHING, Scene
+from knitstudy.knit.scene.scene import LABELS, NOTHING, Scene, flat
 from knitstudy.mechanics.batches import serial_blas
 from knitstudy.run.plan import Step
 
@@ -103,7 +105,10 @@ class Store:
         if path is None or not step.unit_digest:
             return
         for other in sorted(path.parent.glob("[!.]*.nc")):
-            if (history := _kept(other, step.unit_digest, UNIT)) is not None:
+            history = None
+            with suppress(DataFileError, HeldOpenError, OSError):  # nobody has asked for this file
+                history = read_result(other) if recorded_digest(other, UNIT) == step.unit_digest else None
+            if history is not None:
                 (keys, _), digest = keys_of(history, other), history.attrs["digest"]
                 factor = step.scene.yarn.youngs_modulus / keys["yarn"]["youngs_modulus"]
                 history = described(scaled(history, factor), step)
@@ -119,6 +124,8 @@ class Store:
         `anew`. Raises EndedEarly where it is there.
         """
         path = self._path(step)
+        if path is not None:
+            require_writable(path)
         if not step.stage.is_dataset:
             self._write(step, path, needed)
             return None
@@ -209,19 +216,19 @@ def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
     return dataset if step.stage.restarts else dataset.assign_attrs(processor_seconds=seconds)
 
 
-def digest_or_warning(path: Path, attribute: str = "digest") -> str:
+def digest_or_warning(path: Path) -> str:
     """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
     try:
-        return recorded_digest(path, attribute)
+        return recorded_digest(path)
     except DataFileError as error:
         log.warning("%s; it will be made again", error)
         return ""
 
 
-def _kept(path: Path, digest: str, attribute: str = "digest") -> xr.Dataset | None:
+def _kept(path: Path, digest: str) -> xr.Dataset | None:
     """Return the dataset of a file with a digest; None where it has another one, or is damaged, which is a warning."""
     try:
-        return read_result(path) if digest_or_warning(path, attribute) == digest else None
+        return read_result(path) if digest_or_warning(path) == digest else None
     except DataFileError as error:
         log.warning("%s", error)
         return None
@@ -276,6 +283,15 @@ def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
             units = {} if described[row.Index].dtype.kind in "OSU" else {"units": row.unit}
             described[row.Index].attrs.update(units | {"long_name": row.meaning})
     return described
+
+
+def warn_of_another(scene: Scene, path: Path) -> None:
+    """Warn where a file holds another scene of the same name, which the result of this one replaces."""
+    with suppress(DataFileError, HeldOpenError, OSError, ValueError):
+        there, keys = flat(json.loads(recorded_digest(path, KEYS))), flat(scene.to_dict())
+        if differ := [key for key in keys.keys() & there.keys() - {*LABELS} if keys[key] != there[key]]:
+            which = ", ".join(sorted(differ)[:3])
+            log.warning("%s: another scene of this name (%s) is replaced; set name to keep both", path, which)
 
 
 Keys = dict[str, Any]

@@ -20,7 +20,7 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
-from knitstudy.knit.scene.keys import Positive, Section, declared, validated
+from knitstudy.knit.scene.keys import Positive, Section, declared, refused, validated
 from knitstudy.knit.scene.knitout import repeat_of
 from knitstudy.knit.scene.stitches import size_of_repeat
 from knitstudy.mechanics.arrays import Floats
@@ -115,7 +115,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         repeat = _content(repeat_of, path, *part)
         size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
-    mixed = len(set("".join(map(str, keys_of_base.get(STITCHES) or "")))) > 1
+    mixed = len(set("".join(_rows(keys_of_base)))) > 1
     if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
         keys_of_base[POINTS] = None
     return keys_of_base
@@ -136,7 +136,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     remaining, tex = dict(keys), {tex_key: keys[tex_key]} if tex_key in keys else {}
     if of not in remaining:
         return remaining, tex
-    yarn, stitches = read_yarn(remaining.pop(of), where), tuple(remaining.get(STITCHES) or ())
+    yarn, stitches = read_yarn(remaining.pop(of), where), _rows(remaining)
     lengths = [
         loop_length.value
         for loop_length in yarn.loop_lengths
@@ -149,15 +149,34 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
     if not first:  # friction is of both
-        values = {
-            key.replace("yarn.", f"{section}."): value for key, value in values.items() if key != FRICTION
-        }
-        own = [key.replace("yarn.", f"{section}.") for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        values = {_in_section(key, section): value for key, value in values.items() if key != FRICTION}
+        own = [_in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
         if lacking := [key for key in own if key not in values | remaining]:
             raise ConfigurationError(
                 f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
             )
     return remaining, {tex_key: None} | values | tex
+
+
+def _in_section(key: str, section: str) -> str:
+    """Return the key of a section of yarns that is that of the first one."""
+    return key.replace(f"{SECTIONS[0]}.", f"{section}.")
+
+
+def values_of_yarns(keys: Mapping[str, Any]) -> list[tuple[str, Value]]:
+    """Return the values of the yarns that keys name, each behind the key of a scene that it may be the value of."""
+    named = [(section, read_yarn(keys[of])) for section in SECTIONS if (of := f"{section}.of") in keys]
+    values = [(LENGTH, length) for _, yarn in named for length in yarn.loop_lengths]
+    for section, yarn in named:
+        parts = KEYS.keys() & yarn.values.keys()
+        values += [(_in_section(KEYS[part][0], section), yarn.values[part]) for part in parts]
+    return values
+
+
+def _rows(keys: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the rows of stitches that keys name; what they cannot be, the section of the scene refuses."""
+    rows = keys.get(STITCHES)
+    return tuple(map(str, rows)) if isinstance(rows, list | tuple) else ()
 
 
 def _content(read: Callable[..., Any], path: Path, *part: Any) -> Any:
@@ -173,15 +192,12 @@ def _read(read: Callable[..., Any], path: Path, _changed: int, *part: Any) -> An
 def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None:
     if value is None:
         return None
-    if (
-        not isinstance(value, list | tuple)
-        or [type(end) for end in value] != [int, int]
-        or value[0] > value[1]
-    ):
+    ends = value if isinstance(value, list | tuple) else ()
+    if [type(end) for end in ends] != [int, int] or ends[0] > ends[1]:
         raise ConfigurationError(
             f"{where}: {name} is {value!r} but must be the first and the last one, such as [3, 14]"
         )
-    return value[0], value[1]
+    return ends[0], ends[1]
 
 
 def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
@@ -190,8 +206,8 @@ def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
 
 
 def _positive(name: str, value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < float(value) <= 1e12:
-        raise ConfigurationError(f"{where}: {name} is {value!r} but must be a number > 0 and <= 1e12")
+    if isinstance(value, bool) or not isinstance(value, Real) or not 0 < value <= 1e12:  # type: ignore[operator]
+        raise ConfigurationError(f"{where}: {refused(name, value, 'a number > 0 and <= 1e12')}")
     return float(value)
 
 
@@ -251,8 +267,8 @@ def _table(path: Path) -> np.ndarray:
     if not named and len(head) == 3 and pd.to_numeric(table.iloc[0], errors="coerce").notna().all():
         return table.to_numpy(dtype=float)
     units = {unit for _, unit in named.values()}
-    if len(named) < 3 or len(units) > 1:
-        raise ValueError(f"the first row is {', '.join(head)}")
+    if len(named) < 3 or len(units) > 1 or len(table) < 2:
+        raise ValueError(f"the first row is {', '.join(head)}{', and no other follows' * (len(table) < 2)}")
     points = table.iloc[1:, [named[axis][0] for axis in "xyz"]].to_numpy(dtype=float)
     return points * (1e-3 if units == {"mm"} else 1.0)
 
@@ -267,7 +283,7 @@ class Value(Section):
     """A value of a yarn."""
 
     value: float | None = declared(allowed="a number in the unit, or null where it is not known")
-    unit: str = declared()
+    unit: str = declared(allowed="a unit as a text, such as m, or '1' in quotes")
     provenance: Literal[
         "measured", "printed", "fitted on stockinette", "from a source", "estimated", "assumed", "unknown"
     ] = declared()
@@ -285,6 +301,7 @@ class Value(Section):
 class LoopLength(Value):
     """The yarn in a stitch of a fabric [m]."""
 
+    unit: Literal["m"] = declared()
     stitches: Annotated[tuple[str, ...], Field(min_length=1)] = declared(
         allowed="rows of a repeat, as of pattern.stitches"
     )
@@ -320,6 +337,8 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
     """
     own = Path(str(name))
     path = own if own.suffix in (".yaml", ".yml") else find("yarn", known_yarns(), str(name), where)
+    if not path.is_file():
+        raise ConfigurationError(f"{where}: yarn {name!r}: there is no such file")
     yarn = validated(YarnFile, read_yaml(path), where := str(path))
     values = _values(yarn.values, UNITS, where)
     lengths = tuple(
@@ -340,14 +359,18 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
         if (quantity.value is None) != (quantity.provenance == "unknown"):
             only = "where its provenance is unknown, and only there"
             raise ConfigurationError(f"{where}: {part}.value must be null {only}")
+        if quantity.interval and quantity.interval[0] > quantity.interval[1]:
+            raise ConfigurationError(f"{where}: {part}.interval must be the lowest value before the highest")
     return values
 
 
 def _estimates(strands: list[Strand], values: Mapping[str, Value], where: str) -> dict[str, Value]:
     """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3)."""
     known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if min(known.get("packing", [0])) <= 0:
-        raise ConfigurationError(f"{where}: packing is missing or not above 0; a diameter needs it")
+    if not all(0 < packing <= 1 for packing in known.get("packing", [0])):
+        raise ConfigurationError(f"{where}: packing is missing or not above 0 and <= 1; a diameter needs it")
+    if min(known.get("extension", [1])) <= 0:
+        raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
     fibres = [_values(find("fibre", read_yaml(FIBRES), s.fibre, where), OF_FIBRE, where) for s in strands]
     rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
     T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)

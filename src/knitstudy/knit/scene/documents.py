@@ -108,15 +108,17 @@ class _Loader(yaml.CSafeLoader):
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
-    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
-        """Refuse numbers in other than tens: 045 is 37 to YAML, and 1:30 is 90."""
-        if not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value):
+    def construct_number(self, node: yaml.ScalarNode) -> float:
+        """Refuse numbers in other than tens: 045 is 37 to YAML, 1:30 is 90, and 1:30.5 is 90.5."""
+        whole = node.tag.endswith(":int")
+        if ":" in node.value or (whole and not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value)):
             message = f"{node.value} is no plain number: write it in tens, or in quotes if it is a name"
             raise _Refused(message, node)
-        return super().construct_yaml_int(node)
+        return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
 
 
-_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_yaml_int)
+_Loader.add_constructor("tag:yaml.org,2002:int", _Loader.construct_number)
+_Loader.add_constructor("tag:yaml.org,2002:float", _Loader.construct_number)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float",
     re.compile(r"^[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)[eE][-+]?[0-9]+$"),

@@ -181,7 +181,9 @@ class Letters:
         if wrong := wrong_stitches(stitches):
             if idle := idle_needle(stitches):
                 wrong = f"needle {name_of(self.needle[columns[idle - 1]])} never knits"
-            raise self._refuse(body[0].line, f"read as {' '.join(stitches)} from here on: {wrong}")
+            raise self._refuse(
+                (body or self.loops)[0].line, f"read as {' '.join(stitches)} from here on: {wrong}"
+            )
         self._check_layers(body)
         self._check_yarns(body, len(stitches_of_row(stitches[0])))
         parents, high, wide = parents_of_letters(stitches), len(stitches), len(stitches_of_row(stitches[0]))

@@ -64,6 +64,7 @@ SECOND = SECTIONS[1]
 ROWS = f"{SECOND}.rows"
 LONG = 500  # yarn radii beyond which a length of a loop is questioned; shipped scenes have at most 44
 
+NAMELESS = "scene"  # Name of scenes that are made in Python without a name
 NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -76,7 +77,7 @@ class SceneType(SectionType):
         def __call__(cls, **parts: Any) -> Any:
             """Return a scene; ConfigurationError where a key is unknown or has a wrong value."""
             document = {name: said(part) for name, part in parts.items()}
-            labels = _labels(cls) | {"knit": document.get("name", "scene")}
+            labels = _labels(cls) | {"knit": document.get("name", NAMELESS)}
             return cls.from_dict(labels | document, "scene", packaged_defaults())
 
 
@@ -331,7 +332,8 @@ def set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> No
     if dot:
         document.setdefault(section, {})[field] = value
     elif key in sections:
-        raise ConfigurationError(f"{where}: {key} is {value!r} but must be a group of keys")
+        known = f"a group of keys; set one of them, such as {key}.{next(iter(sections[key]))}"
+        raise ConfigurationError(f"{where}: {key} is {value!r} but must be {known}")
     else:
         document[key] = value
 
@@ -353,7 +355,7 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
         raise ConfigurationError(f"{cls.__name__} is no class of scenes of a model; take one of {known}")
     interaction = "isotropic" if cls.touches else "tie"
     return {
-        "name": "scene",
+        "name": NAMELESS,
         "fidelity": model.name,
         "specimen": cls.specimens[0],
         "interaction": interaction,

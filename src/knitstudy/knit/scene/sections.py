@@ -336,11 +336,11 @@ class Tension(Section, group="load"):
         graded: list[Any] = []
         for stop in stops:
             match stop:
-                case [float() | int() as end, float() | int() as step] if 0 < step <= end:
+                case [float() | int() as end, float() | int() as step] if 0 < step <= end <= MOST_STOPS:
                     last = max((limit for limit in graded if isinstance(limit, float | int)), default=0.0)
-                    parts = max(ceil((end - last) / step - 1e-9), 1)
-                    if parts > MOST_STOPS:
-                        raise ValueError(f"{parts} steps")  # the message is `allowed` above
+                    if (steps := (end - last) / step) > MOST_STOPS:
+                        raise ValueError(f"{steps} steps")  # the message is `allowed` above
+                    parts = max(ceil(steps - 1e-9), 1)
                     graded += [last + (end - last) * part / parts for part in range(1, parts + 1)]
                 case _:
                     graded.append(stop)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from textwrap import shorten
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 import yaml
+from click.core import ParameterSource
 from click.shell_completion import CompletionItem
 from rich import box
 from rich.console import Console
@@ -139,10 +141,13 @@ def _configuration(context: click.Context, option: click.Parameter, config: Path
     """Return the configuration, once its plugins are imported: the file where that takes the place of a scene."""
     if context.resilient_parsing:
         return config
-    scene = context.params.get("scene") or ""
+    scene = context.params.get("scene") or context.params.get("what") or ""
     if scene.endswith((".yaml", ".yml")):
+        if context.get_parameter_source("config") is not ParameterSource.DEFAULT:
+            raise click.UsageError(f"--config is not read beside the file {scene}")
         config = Path(scene)
-        context.params["scene"] = scene_of_file(config)
+        if "scene" in context.params:
+            context.params["scene"] = scene_of_file(config)
     load_plugins_of(config)
     return config
 
@@ -181,11 +186,21 @@ def scene_argument(name: str = "scene", **options: Any) -> Callable[[Command], C
     return click.argument(name, is_eager=True, shell_complete=_scenes, **options)
 
 
+def _once(context: click.Context, option: click.Parameter, changes: Changes) -> Changes:
+    """Return changes of keys; one that is given twice is refused."""
+    for key, times in Counter(key for key, _ in changes).items():
+        if times > 1:
+            values = " and ".join(plain(value) for other, value in changes if other == key)
+            raise ConfigurationError(f"--set {key} is given {times} times, {values}; once is allowed")
+    return changes
+
+
 set_option = click.option(
     "--set",
     "changes",
     type=Change(),
     multiple=True,
+    callback=_once,
     help="Change a key of the scene, in SI units; may be repeated. The result gets a name of its own.",
 )
 
@@ -201,13 +216,7 @@ output_option = click.option(
 
 
 def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
-    """Return a scene of the configuration or of a result file with changed keys; a key given twice is refused."""
-    keys = [key for key, _ in changes]
-    for twice in (key for key in keys if keys.count(key) > 1):
-        values = " and ".join(plain(value) for key, value in changes if key == twice)
-        raise ConfigurationError(
-            f"--set {twice} is given {keys.count(twice)} times, {values}; once is allowed"
-        )
+    """Return a scene of the configuration or of a result file with changed keys."""
     if is_result(name):
         return recorded(name, packaged_defaults() if changes else {})[0].vary(dict(changes))
     return load_changed(name, dict(changes), config)

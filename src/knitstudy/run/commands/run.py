@@ -110,7 +110,7 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 
 
 @click.command()
-@click.argument("scene")
+@scene_argument()
 @set_option
 @console.output_option
 @config_option
@@ -181,7 +181,7 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     ]
     # Jobs wait until the memory that they declare is free.
     arguments += ["--resources", f"mem_mb={machine_memory()}", "--config", f"study={name}"]
-    arguments += [f"folder={folder}"] if folder else []
+    arguments += [f"folder={os.path.join('.', folder)}"] if folder else []  # 2024 would be a number
     started = time.monotonic()
     with alone():
         if status := snakemake(arguments):

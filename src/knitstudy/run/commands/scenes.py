@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Container
+from contextlib import suppress
+from dataclasses import replace
 from math import nan
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,10 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import known_yarns, read_yarn
+from knitstudy.knit.scene.alternatives import known_yarns, read_yarn, values_of_yarns
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import documented
-from knitstudy.knit.scene.kinds import MODELS, Labels, word_of
+from knitstudy.knit.scene.kinds import MODELS, Labels, defaults_of_fields, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
@@ -70,6 +71,8 @@ def list_scenes(
     knitstudy list --yarns                       values with their intervals, and where they come from
     """
     if yarns:
+        if study or family or fidelity:
+            raise click.UsageError("--study, --family and --fidelity are for scenes, and not for --yarns")
         return _print_yarns()
     if fidelity is not None:
         MODELS.find(fidelity, "--fidelity")
@@ -126,7 +129,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     resolve, is an error.
 
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
-    a key tells whether the paper states it, or whether it was inferred, calibrated, assumed or chosen here.
+    a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen here;
+    and of another value who set it, or what the file of the yarn says of it.
 
     \b
     knitstudy check                              the default configuration
@@ -135,7 +139,8 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
     knitstudy check yarns-tie-course --sources     and their sources
     knitstudy check yarns-tie-course --set mesh.size=0.5
     """
-    if what is None or Path(what).is_dir() or what.endswith((".yaml", ".yml")):
+    file = what is not None and what.endswith((".yaml", ".yml"))
+    if what is None or file or (Path(what).is_dir() and what not in load_families(config)):
         if changes or sources:
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
@@ -143,7 +148,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
         scene = changed_scene(what, changes, config)
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
-            _print_keys(scene, sources, dict(changes))
+            _print_keys(scene, sources, what, changes, config)
             click.echo(loop or "", nl=bool(loop))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
@@ -179,16 +184,23 @@ def _checked_loop(scene: Scene) -> str:
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
-def _print_keys(scene: Scene, sources: bool, changes: Container[str]) -> None:
+def _print_keys(scene: Scene, sources: bool, what: str, changes: Changes, config: Path) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
-    rows = []
+    defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
+    with suppress(ConfigurationError):  # only the changes make it a scene
+        before = flat(changed_scene(what, (), config).to_dict()) if changes else before
+    member, changed, rows = load_families(config).get(what), dict(changes), []
+    yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
         name, _, field = key.rpartition(".")
         described = documented(type(scene.sections[name]) if name else Labels, field)
-        said = [getattr(described, column) for column in columns]
-        if key in changes:
-            said[columns.index("provenance")] = "set here"
-        rows.append((key, word_of(value), *said))
+        if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
+            described = replace(described, provenance=given[0].provenance, source=given[0].source)
+        elif key in changed or (key not in LABELS and value != defaults.get(key)):
+            who = "set here" if key in changed or before.get(key) != value else "set by the scene"
+            default = f"default: {described.provenance}, {described.source}"
+            described = replace(described, provenance=who, source=default)
+        rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
     print_table(("key", "value", *columns), rows)
 
 
