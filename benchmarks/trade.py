@@ -161,26 +161,28 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
     table = table.dropna(subset=[ERROR])
     cases, settings = list(dict.fromkeys(table["case"])), list(dict.fromkeys(table["model setting"]))
     page = figure(DOUBLE, HEAD + FOOT + len(cases) * (HIGH + GAP))
-    for number, case in enumerate(reversed(cases)):
-        for column, question in enumerate(QUESTIONS.values()):
-            if table.query(f"case == {case!r} and question == {question.name!r}").empty:
-                continue
-            axes = place(page, 0.115 + 0.178 * column, FOOT + number * (HIGH + GAP), 0.155, HIGH)
-            axes.tick_params(labelleft=column == 0, labelbottom=number == 0)
-            axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
-            for setting, colour in zip(settings, COLOURS, strict=False):
-                which = (
-                    f"case == {case!r} and question == {question.name!r} and `model setting` == {setting!r}"
-                )
-                knits, bound = table.query(which), bounds.query(which)
-                of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
-                seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
-                axes.scatter(seconds, errors, color=colour, **of_knits)
-                of_setting = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
-                axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=setting, **of_setting)
-            axes.set_title(question.name.replace("_", " ") if number == len(cases) - 1 else "", fontsize=8)
-            axes.set_ylabel("" if column else f"{case.replace('-', ' ')}\nerror [1]")
-            axes.set_xlabel("" if number else "processor time [s]")
+    panels = list(dict.fromkeys(zip(table["case"], table["question"], strict=True)))
+    columns = {name: k for k, name in enumerate(QUESTIONS) if name != "loss"} | {
+        "loss": 0
+    }  # which cycles alone have
+    lowest = {columns[name]: case for case, name in panels}
+    for case, name in panels:
+        column, row = columns[name], cases[::-1].index(case)
+        axes = place(page, 0.115 + 0.178 * column, FOOT + row * (HIGH + GAP), 0.155, HIGH)
+        bottom = lowest[column] == case
+        axes.tick_params(labelleft=column == 0, labelbottom=bottom)
+        axes.set(xscale="log", yscale="log", xlim=(0.03, 2000), ylim=ENDS)
+        for setting, colour in zip(settings, COLOURS, strict=False):
+            which = f"case == {case!r} and question == {name!r} and `model setting` == {setting!r}"
+            knits, bound = table.query(which), bounds.query(which)
+            of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
+            seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
+            axes.scatter(seconds, errors, color=colour, **of_knits)
+            of_setting = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
+            axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=setting, **of_setting)
+        axes.set_title(name.replace("_", " ") if case == cases[0] or name == "loss" else "", fontsize=8)
+        axes.set_ylabel("" if column else f"{case.replace('-', ' ')}\nerror [1]")
+        axes.set_xlabel("processor time [s]" if bottom else "")
     shared_legend(page, ncols=5)
     return page
 
