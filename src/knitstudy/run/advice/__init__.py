@@ -301,7 +301,7 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
             table = csv.DictReader(file)
             rows, missing = list(table), {*COLUMNS} - {*(table.fieldnames or ())}
         if missing:
-            raise KeyError(*sorted(missing))
+            raise ValueError(f"it has no column {', '.join(sorted(missing)[:3])}")
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
