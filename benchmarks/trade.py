@@ -39,9 +39,8 @@ from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
 SAMPLE = Path("results/trade")  # Records of the sample's runs, its knits, and its table of errors and prices
-SCRATCH = Path("run/trade") / str(
-    os.getpid()
-)  # of the runs of one knit, so that model settings share a geometry
+# Results of the runs of one knit, so that model settings share a geometry
+SCRATCH = Path("run/trade") / str(os.getpid())
 
 FOUND = "found"  # The column ``outcome`` of a knit whose loop can be made; others have the reason
 

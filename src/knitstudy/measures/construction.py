@@ -24,13 +24,8 @@ GRID = 300  # places in either direction at which a cell is looked at: the cover
 STEP = 0.1  # distance of points along yarns, in radii
 SAMPLES = 200  # points of a drawn yarn in a stitch
 AT_REST = "not known before its rest (knitstudy run)"
-OF_DRAWN = (
-    "cover",
-    "thickness",
-    "gap",
-    "other gap",
-    "R over the smallest radius of curvature",
-)  # and its diameter
+# Numbers of drawn loops that belong to the thickness of the yarn, beside its diameter
+OF_DRAWN = ("cover", "thickness", "gap", "other gap", "R over the smallest radius of curvature")
 
 
 def tex_of(diameter: float, density: float) -> float:

@@ -78,7 +78,7 @@ QUESTIONS: dict[str, Question] = {
             dict.fromkeys(_SOLIDS, (NORMAL, TANGENTIAL, SLIP)) | {"beam": (TOTAL, BEAM_SLIP)},
         ),
         Question("stress", "normal stress at a contact", dict.fromkeys(_SOLIDS, (PRESSURE,))),
-        Question("loss", "work lost in a cycle", dict.fromkeys((*_SOLIDS, "beam"), (LOSS,))),
+        Question("loss", LOSS, dict.fromkeys((*_SOLIDS, "beam"), (LOSS,))),
     )
 }
 
@@ -92,12 +92,11 @@ def answers(
     that does not come back is the only answer.
     """
     cycle = bool(scene.value("load.turns"))
-    if cycle or question.name == "loss":
-        work, turn = history["energy"].sel(form="external"), int(history["strain"].to_numpy().argmax())
-        lost = work[
-            turn:
-        ].min()  # up to where the force ends: to press the cell further back takes work again
-        return {LOSS: float(lost)} if cycle and question.name == "loss" else {}
+    if cycle != (LOSS in question.by.get(scene.fidelity, ())):
+        return {}
+    if cycle:  # up to where the force ends: to press the cell further back takes work again
+        turn = int(history["strain"].to_numpy().argmax())
+        return {LOSS: float(history["energy"].sel(form="external")[turn:].min())}
     wanted = [*question.by.get(scene.fidelity, ())]
     if scene.interaction != "isotropic":
         wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]

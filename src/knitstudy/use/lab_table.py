@@ -103,7 +103,7 @@ def read_lab_table(path: Path, skip_bad: bool = False) -> pd.DataFrame:
 
 
 def _fits(field: str) -> bool:
-    """Return whether a field can stand in a column of numbers."""
+    """Return whether the text of a field is empty or a number, as all fields of a numeric column are."""
     return not field or bool(NUMBER.match(field))
 
 

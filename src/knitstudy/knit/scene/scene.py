@@ -117,7 +117,7 @@ class Scene(Part, metaclass=SceneType):
         labels = labels_of(own, where)
         empty = [name for name, inside in document.items() if inside == {}]
         kind = Kind.of(labels, where)
-        _require_kind(kind, keys | dict.fromkeys(empty), yarn, flat(defaults), where)
+        _require_kind(kind, (*keys, *empty), yarn, flat(defaults), where)
         return _made(kind, labels, own, defaults, where)
 
     def vary(self, changes: Mapping[str, Any]) -> Scene:
@@ -144,8 +144,9 @@ class Scene(Part, metaclass=SceneType):
         for key in [key for key in keys if key in values and key in implied and not kind.has(key)]:
             values[key] = keys.pop(key)  # a value that the other kind knows without saying it
         _require_kind(kind, keys, yarn, values, where)
-        of_beams = {} if MODULUS in keys else {key: values.get(key) for key in (*STIFFNESSES, PRESSING)}
-        _require_all_of_yarn(kind, [key for key, value in of_beams.items() if value is not None], where)
+        if MODULUS not in keys:
+            stiffnesses = [key for key in (*STIFFNESSES, PRESSING) if values.get(key) is not None]
+            _require_all_of_yarn(kind, stiffnesses, where)
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)
         changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
@@ -398,7 +399,7 @@ def _default_of(described: type[Section], key: str) -> Any:
 
 
 def _require_kind(
-    kind: Kind, keys: Mapping[str, Any], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
+    kind: Kind, keys: Iterable[str], yarn: Mapping[str, float], before: Mapping[str, Any], where: str
 ) -> None:
     """Refuse keys that a kind does not have, and a yarn or values from before that it would leave out."""
     given = {**before, ROWS: None, **dict.fromkeys((*keys, *yarn), "")}

@@ -26,11 +26,8 @@ DECLARED = CONFIG / "trade.yaml"
 UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
 SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
-SMALL, LARGE, CYCLE = (
-    "small",
-    "large",
-    "cycle",
-)  # Load paths: to one of two ranges of strain, or there and back
+# Load paths: to one of two ranges of strain, or to the large one and back
+SMALL, LARGE, CYCLE = "small", "large", "cycle"
 
 INPUT_KEYS = {
     "course": "pattern.course_spacing",
@@ -154,9 +151,8 @@ class Trade(Section):
 
     def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
-        left_out, others = self.large.without if case.path != SMALL else (), {}
-        if case.path == CYCLE:
-            others = self.cycle.keys
+        left_out = self.large.without if case.path != SMALL else ()
+        others = self.cycle.keys if case.path == CYCLE else {}
         return {
             name: keys | others
             for name, keys in self.settings[case.yarns].items()
