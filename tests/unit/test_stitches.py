@@ -292,14 +292,7 @@ def test_an_inlay_lies_between_the_beds_behind_loops_of_one_and_before_those_of_
     assert numbers["mass per area"] == pytest.approx(1e-3 * (scene.tex * length).sum() / area)
 
 
-@pytest.mark.parametrize(
-    ("stitches", "share", "reason"),
-    [
-        (("K",), 0.5, r"row 1 would pierce loops or lie beside all: allowed are rows of K and P"),
-        (("K", "P"), 0.5, "would pierce loops or lie beside all"),
-        (("KP",), 1.0, r"from loops, .* are needed: a smaller geometry\.diameter_share gives room"),
-    ],
-)
+@pytest.mark.parametrize(("stitches", "share", "reason"), REFUSED["inlay"])
 def test_an_inlay_that_would_pierce_loops_is_refused(stitches, share, reason):
     with refusal(reason):
         lay_out(laid(stitches, len(stitches), **{"geometry.diameter_share": share}))

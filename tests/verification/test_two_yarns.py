@@ -15,6 +15,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.models.beam.cell import OfYarns, relax
 from knitstudy.knit.simulate import simulate
+from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -357,7 +358,9 @@ def test_an_inlay_lies_straight_in_a_rib_at_rest_and_adds_its_stretch():
     width, height = (history.attrs[name] for name in ("cell_width", "cell_height"))
     yarn, length = history["yarn"].values, 2 * RIB["pattern.wale_spacing"]
     inlay = rest["centreline"].values[yarn == 1]
-    assert len(set(yarn)) == 2
+    assert set(yarn) == {0, 1}
+    numbers = {number.name: number.value for number in at_rest(history, 2, 1, 0.25e-3)}
+    assert numbers["length of yarn in a stitch"] == pytest.approx(11.28, rel=0.01)  # of the loops alone
     assert np.ptp(inlay[:, 1:], axis=0).max() < 0.1 * RIB["yarn.diameter"]
     strain = history.cell_strain.values[:, 0]
     pull = EA * ((1 + strain) * width / length - 1) / height
