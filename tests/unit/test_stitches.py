@@ -18,6 +18,7 @@ from knitstudy.knit.geometry.loop_metrics import loop_metrics
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.scene.stitches import size_of_repeat
+from knitstudy.measures.construction import drawn
 from knitstudy.run.configuration import load_scene
 
 COURSE, WALE, RADIUS = 0.9e-3, 1.1e-3, 0.1e-3
@@ -244,3 +245,62 @@ def test_a_cell_that_comes_to_rest_is_drawn_where_no_loop_can_be_fitted(monkeypa
     assert len(drawn.centrelines) == 3
     with pytest.raises(GeometryError, match="yarns cross 14 times"):
         lay_out(rests.vary({"geometry.diameter_share": 1.0}))
+
+
+RIB = {"pattern.course_spacing": 2.4e-3, "pattern.wale_spacing": 2.2e-3, "pattern.loop_length": None}
+OF_INLAY = {"yarn_b.of": "wool-2-48", "yarn_b.diameter": 0.5e-3}
+
+
+def laid(stitches, rows, turns=("a", "inlay"), **keys):
+    """A scene of a cell with an inlay, of an acrylic yarn."""
+    size = {"pattern.stitches": list(stitches), "pattern.loops": len(stitches[0]), "pattern.rows": rows}
+    scene = load_scene("fabric-acrylic-stockinette-course-free")
+    return scene.vary(RIB | OF_INLAY | size | {"yarn_b.rows": list(turns)} | keys)
+
+
+@pytest.mark.parametrize(
+    ("stitches", "turns", "inlays"),
+    [
+        (("KP",), ("a", "inlay"), [1]),
+        (("KKPP",), ("a", "inlay"), [1]),
+        (("KP", "KT"), ("a", "inlay"), [1, 3]),
+        (("KP",), ("a", "a", "inlay"), [2]),
+        (("KP", "KT"), ("a", "inlay", "b"), [1]),
+    ],
+)
+def test_an_inlay_lies_between_the_beds_behind_loops_of_one_and_before_those_of_the_other(
+    stitches, turns, inlays
+):
+    """It is straight, in the middle of its row, and the last yarn is the image of the first, a period higher."""
+    scene = laid(stitches, 2 if len(stitches) > 1 or len(turns) > 2 else 1, turns)
+    geometry = lay_out(scene)
+    fabric = fabric_of(geometry)
+    *yarns, image = (each.position(np.linspace(0, each.length, 400)) for each in fabric.centrelines)
+    np.testing.assert_allclose(image - yarns[0], np.tile(fabric.periods[1], (400, 1)), atol=1e-12)
+    assert [k for k, yarn in enumerate(yarns) if np.ptp(yarn[:, 2]) == 0] == inlays
+    below = {k: k - sum(other < k for other in inlays) - 1 for k in inlays}  # rows
+    assert [yarns[k][0, 1] for k in inlays] == pytest.approx([2.4e-3 * below[k] for k in inlays])
+    assert len(scene.radius) == len(scene.tex) == len(yarns)
+    assert (2e3 * scene.radius[inlays]).tolist() == [0.5] * len(inlays)
+    numbers = {number.name: number.value for number in drawn(geometry, scene.tex)}
+    length = np.array([line.length for line in fabric.centrelines[:-1]])
+    rows = [k for k in range(len(yarns)) if k not in inlays]
+    per_stitch = length[rows].sum() / (len(rows) * len(stitches[0]))
+    assert numbers["length of yarn in a stitch"] == pytest.approx(1e3 * per_stitch)
+    assert ("tightness factor" in numbers) == ("b" not in turns)
+    area = fabric.width * fabric.height
+    assert numbers["mass per area"] == pytest.approx(1e-3 * (scene.tex * length).sum() / area)
+
+
+@pytest.mark.parametrize(("stitches", "share", "reason"), REFUSED["inlay"])
+def test_an_inlay_that_would_pierce_loops_is_refused(stitches, share, reason):
+    with refusal(reason):
+        lay_out(laid(stitches, len(stitches), **{"geometry.diameter_share": share}))
+
+
+def test_keys_of_an_inlay_are_those_of_its_geometry_alone():
+    scene = laid(("KP",), 2)
+    other = scene.vary({"yarn_b.diameter": 0.6e-3})
+    assert scene.geometry_key != other.geometry_key
+    stripes = scene.vary({"yarn_b.rows": ["a", "b"]})
+    assert stripes.geometry_key == stripes.vary({"yarn_b.rows": ["b", "a"]}).geometry_key

@@ -421,6 +421,15 @@ NO_STRIPES = [
     ({"yarn_b.rows": ["a", "c"]}, "must be a list of a and b, the bottom row first"),
     ({"yarn_b.rows": ["b"]}, r"there is no yarn b: say yarn_b\.of"),
     ({"yarn_b.youngs_modulus": 1e9, "pattern.rows": 3}, r"pattern\.rows is 3 but must be a multiple of 2"),
+    (
+        {"yarn_b.diameter": 1e-3, "yarn_b.rows": ["a", "inlay", "inlay"]},
+        "must have a row, a or b, before every",
+    ),
+    ({"yarn_b.diameter": 1e-3, "yarn_b.rows": ["inlay", "a"]}, "must have a row, a or b, before every inlay"),
+    (
+        {"yarn_b.diameter": 1e-3, "yarn_b.rows": ["a", "a", "inlay"], "pattern.rows": 3},
+        "is 3 but must be a mul",
+    ),
     ({"yarn_b.diameter": 1e-4}, r"must be from 0\.0009 to 0\.0018 m, yarn\.diameter: loops are drawn"),
     ({"yarn_b.pressing": 1.0}, r"yarn_b\.pressing is given but yarn\.pressing is not"),
     ({"yarn_b.tex": 300.0}, r"yarn_b\.density is missing; yarn_b\.tex and yarn_b\.density belong together"),

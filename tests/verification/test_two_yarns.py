@@ -10,9 +10,12 @@ from refusals import refusal
 from scipy.special import beta
 from test_line_contact import FAR_AWAY, NU, D, forces, path, walk
 
+from knitstudy.knit.geometry.fabric import of_curves
+from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.models.beam.cell import OfYarns
+from knitstudy.knit.models.beam.cell import OfYarns, relax
 from knitstudy.knit.simulate import simulate
+from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
@@ -21,7 +24,8 @@ from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.periodic import EndlessBeams, Lattice
 from knitstudy.run.configuration import load_scene
 
-KEYS = yaml.safe_load(Path(__file__).with_name("endless_beams.yaml").read_text())["beams"]
+KNOWN = yaml.safe_load(Path(__file__).with_name("endless_beams.yaml").read_text())
+KEYS = KNOWN["beams"]
 DEEP = 0.0025  # approach over the sum of the radii, 1
 
 
@@ -206,7 +210,7 @@ def test_no_cycle_gives_work_back(friction):
     assert steps[-1][-1].stored.sum() == 0
 
 
-def straight_rows(moduli):
+def straight_rows(moduli, straight=0.0):
     """A cell of two straight rows 3 apart, of beams of different stiffness."""
     n, own = 8, 4.0
     s = np.arange(n) * own / n
@@ -226,7 +230,8 @@ def straight_rows(moduli):
     line = LineContact(
         points.yarn, points.arc_length, points.weight, Repulsion(Power(1.0), 1.0, 0.02), period=period
     )
-    return EndlessBeams(BeamModel(nodes, ends, section, 0.5), owner, image, lattice, line, points)
+    inner = BeamModel(nodes, ends, section, 0.5)
+    return EndlessBeams(inner, owner, image, lattice, line, points, straight=straight)
 
 
 def test_straight_rows_carry_the_sum_of_both():
@@ -237,6 +242,23 @@ def test_straight_rows_carry_the_sum_of_both():
     step[: 6 * 16].reshape(-1, 6)[:, 0] = 0.02 * np.tile(np.arange(8) * 0.5, 2)
     pull = model.respond(model.advance(model.start(), step), False).force[-3]
     assert pull == pytest.approx(57.0 * 0.02, rel=1e-4)  # and the drag
+
+
+def test_a_straight_yarn_that_nothing_touches_is_held_within_an_increment_alone():
+    """It drags by 0.01 EI / L^3 of its length as it moves, and does not turn about itself; an increment ends that."""
+    model, moved = straight_rows((50.0, 7.0), straight=np.full(16, 4.0)), 0.3
+    loose, held = (
+        np.linalg.eigvalsh(each.respond(each.start(), True).stiffness.toarray()[:-3, :-3]).min()
+        for each in (straight_rows((50.0, 7.0)), model)
+    )
+    assert abs(loose) < 1e-6 * held
+    step = np.zeros(model.size)
+    step[:48:6] = moved
+    state = model.advance(model.start(), step)
+    drag = 0.01 * (0.01 * 0.5 * (50.0 + 7.0)) / 4.0**3
+    assert model.respond(state, False).force[:48:6].sum() == pytest.approx(drag * moved, rel=1e-9)
+    begun = model.begin(model.commit(state), 0.5, 0.1)
+    assert np.abs(model.respond(begun, False).force).max() < 1e-12
 
 
 def ends_of(keys, scene="stitches-plain-course"):
@@ -299,3 +321,68 @@ def test_a_thinner_second_yarn_makes_a_slacker_fabric_that_closes_its_ledger():
     assert external == pytest.approx(sum(others), rel=0.02)
     assert np.diff(history.energy.sel(form="friction")).min() >= -1e-12 * np.abs(history.energy.values).max()
     assert 0 < history.force_per_width.values[-1, 0] < pull_of({"load.strain": 0.06, "solver.increments": 8})
+
+
+EA = 50.0  # of the inlay [N]
+RIB = KNOWN["soft yarn"] | {
+    "interaction": "isotropic",
+    "pattern.stitches": ["KP"],
+    "pattern.loops": 2,
+    "pattern.rows": 1,
+    "geometry.diameter_share": 0.5,
+    "yarn.set": 1.0,
+    "gates.flow": 10.0,
+    "load.strain": 0.02,
+    "solver.increments": 4,
+}
+LAID = {"yarn_b.rows": ["a", "inlay"], "yarn_b.stretching": EA}
+
+
+def rib(laid, **keys):
+    """Return rest and history of a rib with an inlay, or of the same loops without it."""
+    scene = load_scene("stitches-plain-course").vary(RIB | LAID | keys)
+    geometry = lay_out(scene)
+    if not laid:
+        scene, of = load_scene("stitches-plain-course").vary(RIB | keys), fabric_of(geometry)
+        more = {"specimen": "cell", "periods": of.periods, "cell": of.cell}
+        rows = of.centrelines[0], of.centrelines[2]
+        alone = of_curves(rows, of.radius, of.clearance, of.size, np.array([0, 0]), of.shift[[0, 2]], **more)
+        geometry = fabric_dataset(alone)
+    rest = relax(scene, geometry)
+    return rest, simulate(scene, geometry, rest=rest)
+
+
+def test_an_inlay_lies_straight_in_a_rib_at_rest_and_adds_its_stretch():
+    """F = EA ((1 + e) W / L - 1) / c, of an inlay of length L in a cell as wide as W: the rib adds a thousandth."""
+    rest, history = rib(True)
+    width, height = (history.attrs[name] for name in ("cell_width", "cell_height"))
+    yarn, length = history["yarn"].values, 2 * RIB["pattern.wale_spacing"]
+    inlay = rest["centreline"].values[yarn == 1]
+    assert set(yarn) == {0, 1}
+    numbers = {number.name: number.value for number in at_rest(history, 2, 1, 0.25e-3)}
+    assert numbers["length of yarn in a stitch"] == pytest.approx(11.28, rel=0.01)  # of the loops alone
+    assert np.ptp(inlay[:, 1:], axis=0).max() < 0.1 * RIB["yarn.diameter"]
+    strain = history.cell_strain.values[:, 0]
+    pull = EA * ((1 + strain) * width / length - 1) / height
+    assert history.force_per_width.values[1:, 0] == pytest.approx(pull[1:], rel=3e-3)
+    energy = history.energy
+    assert np.diff(energy.sel(form="friction")).min() >= -1e-12 * float(np.abs(energy).max())
+    assert float(energy.sel(form="stabilisation")[-1]) < 1e-6 * float(energy.sel(form="internal")[-1])
+
+
+def test_an_inlay_without_friction_carries_nothing_along_the_wales_but_holds_the_width():
+    """The same rib at the same width and course spacing, with it and without: 3 to 8 % less force with it.
+
+    Without it the rib rests with rows nearer to each other, and becomes narrower as it is pulled.
+    """
+    keys = {"load.deformation": "wale", "contact.friction": 0.0, "solver.increments": 8}
+    laid = rib(True, **keys, **{"load.strain": 0.3})[1]
+    bare = rib(False, **keys, **{"load.strain": 0.5624, "load.lateral": "fixed"})[1]
+    (high, force), without = (
+        (of.attrs["cell_height"] * (1 + of.cell_strain.values[:, 1]), of.force_per_width.values[:, 1])
+        for of in (laid, bare)
+    )
+    there = high > 2.2e-3  # where loops are taut
+    assert there.sum() >= 3
+    assert force[there] == pytest.approx(np.interp(high[there], *without), rel=0.1)
+    assert np.abs(laid.cell_strain.values[:, 0]).max() < 1e-3

@@ -181,7 +181,7 @@ def test_yarns_to_choose(fresh, tmp_path):
 
 
 def test_two_yarns(fresh, tmp_path):
-    """The commands on the page, in one increment; stripes are softer than cotton."""
+    """The commands on the page, in one increment; stripes are softer than cotton, an inlay adds its stretch."""
     (scene,), (printed,) = (blocks("docs/how-to/two_yarns.md", each) for each in ("yaml", "bash"))
     for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
         assert scene.count(each) == 1
@@ -192,10 +192,11 @@ def test_two_yarns(fresh, tmp_path):
     checked, *ended = (run("-m", *line, **here).stdout for line in lines)
     assert "yarn_b.stretching\t0.156\tN" in checked
     assert re.search(r"mass per area \d+ g/m2", checked)
-    stripes, cotton = (
+    stripes, cotton, laid = (
         float(re.search(r"course force over width at the end\t(\S+)", each)[1]) for each in ended
     )
     assert 0 < stripes < cotton
+    assert laid == pytest.approx(1446, rel=0.01)
 
 
 def test_site(tmp_path):

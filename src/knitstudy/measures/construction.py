@@ -52,7 +52,8 @@ def drawn(geometry: xr.Dataset, tex: Floats | float = nan) -> list[Quantity]:
     loops = round(width / float(geometry["wale_spacing"]))
     places = [line.position(np.linspace(0, line.length, SAMPLES * loops)) for line in lines]
     length = np.array([line.length for line in lines])
-    return construction(places, length, (width, height, loops, len(lines)), fabric.radius, tex)
+    rows = round(height / float(geometry["course_spacing"]))
+    return construction(places, length, (width, height, loops, rows), fabric.radius, tex)
 
 
 def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
@@ -94,14 +95,15 @@ def construction(
 
     `lines` are points (k, 3) of its Y yarns up to the image of the first of them, `length` (Y,) the yarn in it [m],
     `size` its width and height [m], and its stitches across and along; needles that float or tuck count. Radius and tex
-    are those of all yarns, or of each (Y,).
+    are those of all yarns, or of each (Y,). As many yarns as stitches along are knitted, the longest; others laid in.
     """
     width, height, loops, rows = size
     dense = [_dense(line, STEP * float(np.min(radius))) for line in lines]
     points = np.concatenate(dense)
     own = np.repeat(np.broadcast_to(radius, len(lines)), [len(line) for line in dense])
-    each, density = float(np.sum(length)) / (loops * rows), loops * rows / (width * height)
-    tightness = np.sqrt(tex) / (1e2 * each)
+    knitted = np.argsort(np.broadcast_to(length, len(lines)))[-rows:]
+    each = float(np.broadcast_to(length, len(lines))[knitted].sum()) / (loops * rows)
+    density, own_tex = loops * rows / (width * height), np.unique(np.broadcast_to(tex, len(lines))[knitted])
     numbers = [
         Quantity("wales per cm", 1e-2 * loops / width, "1/cm"),
         Quantity("courses per cm", 1e-2 * rows / height, "1/cm"),
@@ -109,7 +111,11 @@ def construction(
         Quantity("length of yarn in a stitch", 1e3 * each, "mm"),
         Quantity("cover", cover(points[:, :2], own, (width, height)), "1"),
         Quantity("thickness", 1e3 * float(np.max(points[:, 2] + own) - np.min(points[:, 2] - own)), "mm"),
-        Quantity("tightness factor", float(tightness if np.ndim(tex) == 0 else nan), "sqrt(tex)/cm"),
+        Quantity(
+            "tightness factor",
+            float(np.sqrt(own_tex[0]) / (1e2 * each)) if len(own_tex) == 1 else nan,
+            "sqrt(tex)/cm",
+        ),
         Quantity("mass per area", 1e-3 * float(np.sum(tex * length)) / (width * height), "g/m2"),
     ]
     return [number for number in numbers if not np.isnan(float(number.value))]

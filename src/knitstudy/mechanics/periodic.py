@@ -290,6 +290,8 @@ class EndlessBeams(Memoryless):
         points: ContactPoints,
         ramps: bool = False,  # whether natural curvature and diameter grow with the load
         thinner: float = 0.0,  # by how much the diameter is smaller at first then [m]
+        # (nodes,), length of the straight yarn that a node is of, 0 of others: nothing but contact holds it [m]
+        straight: Floats | float = 0.0,
     ) -> None:
         self.inner, self.owner, self.image = inner, owner, image
         self.lattice, self.contact, self.points = lattice, contact, points
@@ -311,6 +313,11 @@ class EndlessBeams(Memoryless):
         bending = np.trace(inner.elements.law[:, 3:, 3:], axis1=1, axis2=2).mean() / 3
         period = inner.elements.length.sum() / (len(owner) - self.nodes)
         self._drag *= DRAG * bending / period**3
+        if np.any(straight):  # by their own length; they turn about themselves for nothing as well
+            free = np.flatnonzero(straight)
+            own, step = np.asarray(straight)[free, None], inner.elements.length[free, None]
+            each = np.repeat(np.hstack([own**-4, own**-2]), 3, axis=1)
+            self._drag[:-3].reshape(-1, 6)[free] = DRAG * bending * step * each
         self._stored: dict[str, float] = {}  # energies there
         own = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), owner)))
         shift = np.zeros((len(owner), 6, 3))

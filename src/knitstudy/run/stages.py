@@ -137,7 +137,7 @@ _STAGES = (
         path_pattern="geometry/{knit}.nc",
         message="Lay out {wildcards.knit}",
         function=later("knitstudy.knit.geometry.lay_out:lay_out"),
-        reads=lambda scene: ("specimen", *scene.kind.specimen.geometry),
+        reads=lambda scene: ("specimen", *scene.of_geometry),
         code=("knit/geometry",),
         intermediate=True,
         cost=lambda scene: Cost(memory=500),

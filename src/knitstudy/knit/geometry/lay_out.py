@@ -14,6 +14,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -30,7 +32,7 @@ from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import Geometry, Pattern, Yarn
+from knitstudy.knit.scene.sections import INLAY, Geometry, Pattern, Yarn
 from knitstudy.knit.scene.specimens import Crossing, Looped
 from knitstudy.knit.scene.stitches import is_plain
 
@@ -63,6 +65,11 @@ def lay_out(scene: Scene) -> xr.Dataset:
         return fabric_dataset(yarn_pair(scene.yarn.radius, pair.angle, pair.length, pair.clearance))
     pattern: Pattern = scene.value("pattern")
     radius = drawn_radius(scene.yarn, scene.value("geometry.diameter_share"))
+    order = scene.value("yarn_b.rows") or ()
+    if INLAY in order:
+        inlay = radius * (scene.value("yarn_b.diameter") or scene.yarn.diameter) / scene.yarn.diameter
+        inlaid = [after == INLAY for row, after in pairwise([*order, ""]) if row != INLAY]
+        return _drawn_stitches(pattern, radius, inlaid, inlay)
     if not is_plain(pattern.stitches):
         return _drawn_stitches(pattern, radius)
     try:
@@ -110,9 +117,10 @@ def _target(pattern: Pattern, radius: float) -> LoopTarget:
     return LoopTarget(*spacings, radius, pattern.clearance, pattern.loop_length, pattern.stitches)
 
 
-def _drawn_stitches(pattern: Pattern, radius: float) -> xr.Dataset:
-    """Return a cell of any stitches as it is drawn."""
-    return fabric_dataset(endless_cell_of_stitches(_target(pattern, radius), pattern.loops, pattern.rows))
+def _drawn_stitches(pattern: Pattern, radius: float, *inlay: Any) -> xr.Dataset:
+    """Return a cell of any stitches as it is drawn, with inlays as of `endless_cell_of_stitches`."""
+    target = _target(pattern, radius)
+    return fabric_dataset(endless_cell_of_stitches(target, pattern.loops, pattern.rows, *inlay))
 
 
 def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:

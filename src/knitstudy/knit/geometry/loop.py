@@ -144,6 +144,9 @@ class LoopTarget:
     clearance: float
     length: float | None = None
     stitches: tuple[str, ...] = PLAIN
+    deep: float = (
+        1.0  # of loops as they are drawn, over that of others: loops that an inlay keeps apart are deeper
+    )
 
     @property
     def tight(self) -> float:
@@ -162,7 +165,7 @@ class LoopTarget:
         """
         diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
-        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter
+        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter * self.deep
 
         def curve(bulge: float) -> tuple[Floats, Floats]:
             x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))

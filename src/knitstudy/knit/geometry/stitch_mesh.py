@@ -15,6 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
+from math import lcm
 
 import numpy as np
 
@@ -23,6 +24,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
+from knitstudy.knit.geometry.stitches import PLAIN
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
 from knitstudy.mechanics.arrays import Floats
 
@@ -32,6 +34,7 @@ and by how much the head is narrower. At larger distances the feet of the last h
 stitch that is drawn through the stack."""
 ASIDE = 0.6
 """Distance of the legs of a moved loop in front of the plane, or behind it, over the same diameter."""
+SAMPLES = 20  # of a curve, by control point, at which its distance to an inlay is looked at
 
 
 @dataclass(frozen=True)
@@ -150,13 +153,20 @@ def straight(drawing: Drawing, stitch: Stitch) -> Floats:
 DRAWN: dict[str, Callable[[Drawing, Stitch], Floats]] = {"T": partial(loop, tuck=True), "-": straight}
 
 
-def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabric:
+def endless_cell_of_stitches(
+    wanted: LoopTarget,
+    loops: int,
+    rows: int,
+    inlaid: Sequence[bool] = (False,),  # by row, again and again, whether a straight yarn is laid into it
+    inlay: float = 0.0,  # radius of that yarn [m]
+) -> Fabric:
     """Return a cell of an endless knit of any stitches, as it is drawn for spacings and a yarn.
 
     The wanted length is the length of a plain loop; loops that tucks push apart are drawn deeper and longer.
-    Raises GeometryError where a needle never knits, or where no loop is drawn that long.
+    The yarn after a row with an inlay is the inlay, along the middle of the row and of the fabric.
+    Raises GeometryError where a needle never knits, where no loop is drawn that long, or as `_require_room`.
     """
-    letters, plain = wanted.stitches, LoopTarget(wanted.course, wanted.wale, wanted.radius, wanted.clearance)
+    letters, plain = wanted.stitches, replace(wanted, stitches=PLAIN, deep=1.0 + any(inlaid))
     stitches = stitches_of(letters)
     columns = len(stitches[0])
     depth = 1 + max(stitch.place for row in stitches for stitch in row)
@@ -164,16 +174,58 @@ def endless_cell_of_stitches(wanted: LoopTarget, loops: int, rows: int) -> Fabri
     along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
     points, diameter = drawn.control_points * [1, 1, depth], 2 * wanted.radius
     drawing = Drawing(points, wanted.wale, wanted.course, depth * diameter, BEHIND * diameter / depth)
-    curves = [
-        CatmullRom(drawing.row(row) + number * up, columns * along) for number, row in enumerate(stitches)
+    repeat = lcm(len(stitches), len(inlaid))
+    knitted = [
+        CatmullRom(drawing.row(stitches[number % len(stitches)]) + number * up, columns * along)
+        for number in range(repeat)
     ]
+    curves: list[CatmullRom] = []
+    for number, curve in enumerate(knitted):
+        curves.append(curve)
+        if inlaid[number % len(inlaid)]:
+            _require_room(knitted, number, wanted, repeat * wanted.course, wanted.radius + inlay)
+            share = np.linspace(0, 1, 4 * columns, endpoint=False)[:, None]
+            curves.append(CatmullRom(share * columns * along + number * up, columns * along))
+    yarns = len(curves) / repeat  # of a row
     return knit_of_rows(
         curves,
-        drawn,
+        replace(drawn, course_spacing=wanted.course / yarns),
         columns,
         loops,
-        rows,
+        round(rows * yarns),
         specimen="cell",
         made_of={"wale_spacing": wanted.wale, "course_spacing": wanted.course, "loops": loops, "rows": rows},
         periods=np.array([loops * along, rows * up]),
     )
+
+
+def _require_room(
+    rows: Sequence[CatmullRom],  # of one period
+    number: int,  # of a row
+    wanted: LoopTarget,
+    height: float,  # of the period [m]
+    least: float,  # distance of axes [m]
+) -> None:
+    """Refuse a straight yarn along the middle of a row that is not between loops in front of it and behind it.
+
+    Raises GeometryError where it passes loops of a wale on both sides, or of all wales on one, or is nearer than it may
+    be.
+    """
+    wales, level, near = len(wanted.stitches[0]), number * wanted.course, np.inf
+    front, every = np.zeros(wales), np.zeros(wales)
+    for row in rows:
+        x, y, z = row.value(np.linspace(0, row.period, SAMPLES * row.period + 1)).T
+        off = (y - level) / height
+        near = min(near, float(np.hypot(height * (off - np.rint(off)), z).min()))
+        passes = np.flatnonzero(np.diff(np.floor(off)))
+        wale = np.floor(x[passes] / wanted.wale).astype(int) % wales
+        every += np.bincount(wale, minlength=wales)
+        front += np.bincount(wale, z[passes] > 0, wales)
+    apart = ((front == 0) | (front == every)).all() and 0 < front.sum() < every.sum()
+    if not apart or near < least:
+        what = f"is {near:.2g} m from loops, {least:.2g} m are needed: a smaller geometry.diameter_share gives room"
+        if not apart:
+            what = "would pierce loops or lie beside all: allowed are rows of K and P, such as the rib [KP]"
+        raise GeometryError(
+            f"pattern.stitches is {list(wanted.stitches)}, and an inlay (yarn_b.rows) in row {number + 1} {what}"
+        )

@@ -304,10 +304,15 @@ class Scene(Part, metaclass=SceneType):
         """Whether it is a knit that ends: rows of loops, or cells cut out of one."""
         return self.specimen in ("knit", "cut_knit")
 
+    @property
+    def of_geometry(self) -> tuple[str, ...]:
+        """Sections and dotted keys that the geometry depends on, beside the specimen."""
+        return self.kind.specimen.geometry
+
     @cached_property
     def geometry_inputs(self) -> dict[str, Any]:
         """All that the geometry depends on, by dotted key."""
-        return {"specimen": self.specimen} | flat(self.read(self.kind.specimen.geometry))
+        return {"specimen": self.specimen} | flat(self.read(self.of_geometry))
 
     @cached_property
     def geometry_key(self) -> str:

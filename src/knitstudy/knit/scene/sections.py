@@ -266,6 +266,9 @@ class SetYarn(BeamYarn):
     """1: the drawn shape is free of stress, as in a heat-set knit; 0: a free yarn is straight. Checked: 0 and 1."""
 
 
+INLAY = "inlay"
+
+
 class SecondYarn(Section, group="yarn_b"):
     """A second yarn: rows take `yarn` (a) and this one (b) by turns, as `rows` lists them from the bottom on.
 
@@ -273,10 +276,12 @@ class SecondYarn(Section, group="yarn_b"):
     that of both.
     """
 
-    rows: Annotated[tuple[Literal["a", "b"], ...], Field(min_length=1)] = physics(
-        "choice", allowed="a list of a and b, the bottom row first, such as [a, a, b]", default=("a", "b")
+    rows: Annotated[tuple[Literal["a", "b", "inlay"], ...], Field(min_length=1)] = physics(
+        "choice",
+        allowed="a list of a and b, the bottom row first, such as [a, a, b]; inlay after a row lays b into it",
+        default=("a", "b"),
     )
-    """Alternate courses. Checked: [a, b] and [b, a]."""
+    """Alternate courses, or weft yarns between the beds of a rib. Checked: [a, b], [b, a] and [a, inlay]."""
     diameter: Length | None = _stiffness("m", "thickness", OF_FIRST)
     """Plied, covered and single yarns differ. Checked: down to half of that of yarn."""
     youngs_modulus: Modulus | None = _stiffness("Pa", "Young's modulus", OF_FIRST)

@@ -103,8 +103,8 @@ def loop(
     geometry = lay_out(chosen)
     if "state" not in geometry.dims:
         raise ConfigurationError(
-            f"scene {chosen.name!r}: pattern.stitches is {list(chosen.pattern.stitches)}: tucks, floats and moved "
-            "loops are not optimised; `knitstudy run` finds their shape at rest"
+            f"scene {chosen.name!r}: pattern.stitches is {list(chosen.pattern.stitches)}: tucks, floats, moved "
+            "loops and rows with an inlay are not optimised; `knitstudy run` finds their shape at rest"
         )
     hidden = ("kind", "loops", "rows", "crossings")
     quantities = [row for row in summarise(geometry) if row.name not in hidden]

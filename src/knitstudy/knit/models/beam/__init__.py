@@ -12,7 +12,7 @@ from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
+from knitstudy.knit.scene.sections import INLAY, OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
 from knitstudy.mechanics.arrays import Floats, Ints
@@ -116,13 +116,22 @@ class CellOfBeams(_Beams, Cell):
         own = {key: value for key, value in said.items() if value is not None and key != "rows"}
         return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)
 
+    @property
+    def of_geometry(self) -> tuple[str, ...]:
+        """Sections and dotted keys that the geometry depends on, beside the specimen."""
+        laid = INLAY in self.yarn_b.rows
+        return (*super().of_geometry, *(("yarn_b.rows", "yarn_b.diameter") if laid else ()))
+
     def _by_row(self, one: float, other: float) -> Floats | float:
-        two = len(self.yarns) > 1
-        return np.array([one, other])[self.yarn_of(np.arange(self.pattern.rows))] if two else one
+        if len(self.yarns) == 1:
+            return one
+        turns = self.yarn_b.rows
+        count = self.pattern.rows * len(turns) // (len(turns) - turns.count(INLAY))
+        return np.array([one, other])[self.yarn_of(np.arange(count))]
 
     @property
     def radius(self) -> Floats | float:
-        """Radius of the yarn, or of the yarns of its rows (rows,) where there are two [m]."""
+        """Radius of the yarn, or of all yarns, rows and inlays (Y,), where there are two [m]."""
         return self._by_row(self.yarn.radius, self.yarns[-1].radius)
 
     @property
@@ -132,8 +141,8 @@ class CellOfBeams(_Beams, Cell):
         return self._by_row(one, one if math.isnan(other) and self.yarn_b.diameter is None else other)
 
     def yarn_of(self, rows: Ints) -> Ints:
-        """Return which of its two yarns rows (k,) are of."""
-        turns = np.array([("a", "b").index(row) for row in self.yarn_b.rows])
+        """Return which of its two yarns rows and inlays (k,) are of."""
+        turns = np.array([int(row != "a") for row in self.yarn_b.rows])
         return turns[rows % len(turns)]
 
     @model_validator(mode="after")
@@ -145,7 +154,9 @@ class CellOfBeams(_Beams, Cell):
                     f"yarn_b.rows is {list(turns)} but there is no yarn b: say yarn_b.of, or its values"
                 )
             return self
-        if count % (repeat := len(turns)):
+        if turns[0] == INLAY or 2 * INLAY in "".join(turns):
+            raise ValueError(f"yarn_b.rows is {list(turns)} but must have a row, a or b, before every inlay")
+        if count % (repeat := len(turns) - turns.count(INLAY)):
             raise ValueError(
                 f"pattern.rows is {count} but must be a multiple of {repeat}, as of yarn_b.rows {list(turns)}"
             )

@@ -45,6 +45,7 @@ NEARER = (
     "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
     "usually help"
 )
+STRAIGHT = 1e-6  # of curvatures summed over nodes, times the length: of rounding
 RELAXATION = 20  # increments of the way to rest, where none of them fails
 WASTE = (
     4000  # iterations without headway on the way to rest: loops of lace and piques snap into place one by one
@@ -302,4 +303,7 @@ def _model(
     inner = BeamModel(rows.nodes, rows.ends, section, yarn.radius, natural=natural)
     line = contact.along(stations.yarn, stations.arc_length, rows.period)
     thinner = 0.0 if drawn_for is None else yarn.diameter - drawn_for
-    return EndlessBeams(inner, rows.owner, rows.image, lattice, *line, drawn_for is not None, thinner)
+    bends = np.bincount(stations.yarn, np.linalg.norm(rows.curvature, axis=1)) * rows.period
+    straight = np.where(bends > STRAIGHT, 0.0, rows.period)[stations.yarn]
+    ramps = drawn_for is not None
+    return EndlessBeams(inner, rows.owner, rows.image, lattice, *line, ramps, thinner, straight)
