@@ -146,7 +146,7 @@ def jersey():
 def made(jersey, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sheet")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sheets, "EVEN", 12)
+        patch.setattr(sheets, "EVEN", 6)
         return fabric_sheet(jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
 
 
@@ -239,7 +239,7 @@ def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
 def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatch):
     """The second sheet simulates nothing."""
     _, folder = made
-    monkeypatch.setattr(sheets, "EVEN", 12)
+    monkeypatch.setattr(sheets, "EVEN", 6)
     monkeypatch.setattr("knitstudy.run.store._made", lambda *arguments: pytest.fail("nothing is made"))
     monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: jersey)
     asked = (
