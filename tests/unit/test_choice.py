@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from refusals import REFUSED, refusal
-from sample_points import points_of
+from sample_points import drawn, points_of
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import write_table
@@ -95,6 +95,20 @@ def test_the_cheapest_that_is_promised_is_taken(ask, accuracy, setting):
 
 def test_a_model_that_fails_too_often_is_not_promised(ask):
     assert [each.name for each in ask(scene="yarns-isotropic-course", accuracy=0.05).settings] == ["yarns2"]
+
+
+def test_errors_of_slip_are_promised_by_knits_that_slip():
+    case, trade = Case("cut_knit", "touching"), load_trade()
+    points = [drawn(trade, case, *point) for point in islice(points_of(trade), 48)]
+    problems = [Problem(trade.scene(case, inputs), trade) for inputs in points]
+    rows = [
+        row(each, "yarns2", (0.01 if np.isinf(each.inputs.friction) else 0.3, 1, 1)) | {"question": question}
+        for each in problems
+        for question in ("contact", "force")
+    ]
+    for each in problems[:8]:  # of both kinds
+        promised = {of: choice.Promises(each, rows).settings(of)[0].error for of in ("contact", "force")}
+        assert promised == {"contact": 0.01 if np.isinf(each.inputs.friction) else 0.3, "force": 0.3}
 
 
 @pytest.mark.parametrize(("key", "value", "message"), REFUSED["outside"])

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import synthetic
+import yaml
 from click.testing import CliRunner
 from refusals import REFUSED, refusal
 from scipy.stats import linregress
@@ -112,6 +113,28 @@ def test_bending_lies_between_that_of_all_fibres_and_of_one_rod():
     rod = modulus["interval"][1] * 16.7 / (np.pi * thickest**2 / 4) * np.pi * thickest**4 / 64
     assert values["bending"].interval[1] == pytest.approx(rod, rel=1e-12)
     assert values["twisting"].value == pytest.approx(values["bending"].value / 1.33)
+
+
+def test_a_plated_yarn_has_the_fibres_of_both(tmp_path):
+    """Two yarns in one loop, as docs/how-to/two_yarns.md says: mass, area and bending are the sums."""
+    ends = {name: read_yarn(name) for name in ("cotton-20tex", "nylon-78dtex")}
+    pull = sum(yarn.values["stretching"].value for yarn in ends.values())
+    path = tmp_path / "plated.yaml"
+    strands = [strand for yarn in ends.values() for strand in yarn.strands]
+    values = {"packing": 0.6, "stretching": pull, "friction": 0.3}
+    units = {"packing": "1", "stretching": "N", "friction": "1"}
+    stated = {
+        part: {"value": value, "unit": units[part], "provenance": "assumed", "source": "a test"}
+        for part, value in values.items()
+    }
+    path.write_text(yaml.safe_dump({"name": "plated", "strands": strands, "values": stated}))
+    plated = {part: value.value for part, value in read_yarn(str(path)).values.items()}
+    for part in ("tex", "bending"):
+        assert plated[part] == pytest.approx(sum(yarn.values[part].value for yarn in ends.values()))
+    areas = [yarn.values["packing"].value * yarn.values["diameter"].value ** 2 for yarn in ends.values()]
+    assert 0.6 * plated["diameter"] ** 2 == pytest.approx(sum(areas))
+    assert plated["stretching"] == pull
+    assert plated["pressing_exponent"] == ends["nylon-78dtex"].values["pressing_exponent"].value
 
 
 def test_stretching_is_a_point_of_the_curve_or_that_of_the_core():

@@ -159,3 +159,16 @@ if __name__ == "__main__":  # makes the series
     places = chebyshev.chebpts1(FAR.shape[1] + 2)
     far = [[computed_far_compliance((1 + w) / (3 + w), way) for way in range(3)] for w in places]
     print(chebyshev.chebfit(places, far, len(places) - 1)[: FAR.shape[1]].T.tolist())
+
+
+@pytest.mark.parametrize("poisson", [0.1, 0.3, 0.45])
+@pytest.mark.parametrize(("degree", "span"), [(2, 1.0), (3, 0.6), (4, 0.5)])
+def test_pressure_rises(degree, span, poisson):
+    """At every angle and depth the pressure rises at least as that of half spaces, with the root of the depth.
+
+    A pressure that falls with the depth holds nothing, and sticking has no stiffness there.
+    """
+    law = indentation(degree, span, 3, modulus=1.0, poisson=poisson, radius=1.0, friction=0.3)
+    angle, depth = map(np.ravel, np.meshgrid(np.radians(np.arange(10, 91)), np.linspace(1e-4, 0.3, 400)))
+    slope = law.at(-depth, angle).normal * depth / law.pressure(-depth, 0.0, angle)
+    assert slope.min() > 0.5

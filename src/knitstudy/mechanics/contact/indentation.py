@@ -275,7 +275,16 @@ def _curve(
     q = np.sqrt(depths)
     energy = np.concatenate([[start], np.array(energies[1:]) / q[1:] ** 3])
     stick = np.concatenate([[1.5 * start / mindlin], np.array(sticks[1:]) / q[1:]])
+    # A cubic may bend down in its last piece: a pressure that falls with the depth holds nothing.
+    while len(q) > 4 and _power(q, energy)[-1] < LEAST:
+        q, energy, stick = q[:-1], energy[:-1], stick[:-1]
     return q, energy, _share(q, energy, stick)
+
+
+def _power(q: Floats, energy: Floats) -> Floats:
+    """Return the power of the depth with which the pressure rises at every depth q^2: d ln p / d ln D."""
+    g = CubicSpline(q, energy)
+    return 0.5 * (3 * g(q) + 5 * q * g(q, 1) + q**2 * g(q, 2)) / (3 * g(q) + q * g(q, 1))
 
 
 def _share(q: Floats, energy: Floats, stick: Floats) -> Floats:
@@ -285,7 +294,7 @@ def _share(q: Floats, energy: Floats, stick: Floats) -> Floats:
     """
     g, h = CubicSpline(q, energy), CubicSpline(q, stick)
     slope = 3 * g(q) + q * g(q, 1)  # 2 p / q
-    normal = np.maximum(0.5 * (3 * g(q) + 5 * q * g(q, 1) + q**2 * g(q, 2)) / slope, LEAST)
+    normal = np.maximum(_power(q, energy), LEAST)
     along = np.clip(0.5 * (1 + q * h(q, 1) / h(q)), LEAST, STEEPEST)
     return along / normal * 2 * h(q) / slope
 
