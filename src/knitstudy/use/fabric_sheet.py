@@ -31,6 +31,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene, flat, questions
@@ -83,7 +84,7 @@ CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
-VALUES = (".youngs_modulus", ".stretching", ".bending", ".twisting", ".pressing")  # of yarns, in a note
+VALUES = tuple(f".{name}" for name in ("youngs_modulus", *OF_BEAMS))  # of yarns, in a note
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
@@ -201,6 +202,8 @@ def fabric_sheet(
     ConvergenceError
         When the fabric does not find its shape at rest.
     """
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)  # sheets of changed and of nameless scenes keep their places
     cell = cell_of(scene)
     if not isnan(tex) and len(cell.yarns) > 1:
         raise ConfigurationError(
@@ -210,7 +213,7 @@ def fabric_sheet(
     for question in questions(cell):
         log.warning(question)
     store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
-    maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
+    maker = _Maker(cell, starts, FARTHER * force, plan, store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
     bend: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
