@@ -262,9 +262,7 @@ class BentBeams(EndlessBeams):
         np.add.at(on_owner, owner, np.einsum("nij,nai->naj", turned, f))
         by_angle[: 6 * n] = on_owner.ravel()
         by_angle[6 * n + self.along] = np.vdot(D[:, 1], f[:, 0])
-        of_moment = (
-            by_angle.copy()
-        )  # by all unknowns: spins of images do not change the moment that they take
+        of_moment = by_angle.copy()  # by all unknowns: spins of images do not change the moment they take
         of_moment[: 6 * n].reshape(n, 2, 3)[:, 1] = 0.0
         twice = j[:, None] * np.cross(self.turn, rate) + u * D[:, 2]
         of_moment[-1] = np.vdot(twice, f[:, 0])

@@ -77,9 +77,7 @@ class Stage:
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     intermediate: bool = False  # whether a study asks for it only as the input of another stage
-    asked_by: frozenset[str] = (
-        frozenset()
-    )  # entries of the scene's outputs without which no study asks for it
+    asked_by: frozenset[str] = frozenset()  # outputs of the scene without which no study asks for it
     reports: bool = False  # whether its function takes a run, for its progress
     restarts: bool = False  # whether the run has a restart file as well
     queued: bool = False  # whether a cluster's queue runs it; others take seconds

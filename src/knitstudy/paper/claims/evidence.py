@@ -73,9 +73,8 @@ class Evidence:
     direct: Mapping[str, str] = field(default_factory=dict)
     # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
-    geometries: Mapping[str, xr.Dataset] = field(
-        default_factory=dict
-    )  # of other knits than the base's, by their names
+    # Of other knits than the base's, by their names
+    geometries: Mapping[str, xr.Dataset] = field(default_factory=dict)
     held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
