@@ -54,6 +54,7 @@ from knitstudy.use.sheet_numbers import (
     NOT_KNOWN,
     PRESS,
     SHEAR,
+    SHEARED,
     bending_rows,
     construction_rows,
     load_rows,
@@ -296,15 +297,16 @@ class _Maker:
     def history(self, load: str, keys: dict[str, Any]) -> xr.Dataset:
         """Return the history of a load that counts, of its keys."""
         way: dict[str, Any] = {"load.strain": 4.0, "load.stops": COARSE}
-        if load == "shear":
-            way = {"load.strain": SHEAR, "load.stops": [[0.9 * SHEAR, 0.1 * SHEAR]]}
+        if load == "shear":  # no number is of more
+            way = {"load.strain": 2 * SHEARED, "load.stops": [SHEARED]}
         find = {"load.largest_force": self.force, "load.start": self.starts[-1], "solver.increments": 1}
         found = self.coarse[load] = self._run(f"{load}-found", keys | way | find)
         along = load if load in STRAINS else "course"
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
-        strain = float(found["strain"].max()) if isnan(strain) else BEYOND * strain
+        most = SHEAR if load == "shear" else float(found["strain"].max())
+        strain = most if isnan(strain) else BEYOND * strain
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
-        even |= {"load.strain": strain, "load.largest_force": None}
+        even |= {"load.strain": strain, "load.largest_force": self.force if strain == SHEAR else None}
         if load in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain, "solver.increments": 2 * EVEN}
         return self._run(load, even)
