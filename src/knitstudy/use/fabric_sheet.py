@@ -43,13 +43,7 @@ from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, NotKept, Store
 from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import (
-    PULL,
-    STRAIN,
-    curve_table,
-    force_over_strain,
-    loss_of_cycle,
-)
+from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
 from knitstudy.use.sheet_numbers import (
     NOT_KNOWN,
     PRESS,

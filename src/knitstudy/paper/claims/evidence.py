@@ -17,23 +17,9 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.reference import (
-    Reference,
-    made_of,
-    reference_of,
-    transferred_uncertainty,
-)
+from knitstudy.measures.reference import Reference, made_of, reference_of, transferred_uncertainty
 from knitstudy.paper.cases import MODELS, Case, cases_of, number
-from knitstudy.paper.claims import (
-    CLAIMS,
-    NOT_RUN,
-    REPRODUCED,
-    UNDECIDABLE,
-    NotRun,
-    Remark,
-    Row,
-    worst,
-)
+from knitstudy.paper.claims import CLAIMS, NOT_RUN, REPRODUCED, UNDECIDABLE, NotRun, Remark, Row, worst
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, OTHER_SOLIDS, SOLIDS, of_cases
 from knitstudy.run.catalogue import Datasets, Scenes, one, several
