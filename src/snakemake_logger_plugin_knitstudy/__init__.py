@@ -5,11 +5,11 @@ Snakemake loads this package for ``--logger knitstudy``, which ``knitstudy study
 
 from __future__ import annotations
 
-import logging
 import re
 import sys
 import time
 from pathlib import Path
+from typing import Any
 
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
@@ -30,9 +30,10 @@ class LogHandler(LogHandlerBase):
     has_filter, has_formatter, needs_rulegraph = True, True, False
 
     def __post_init__(self) -> None:
-        self.messages, self.last, self.planned, self.clock = {}, "", False, Clock()
+        self.messages: dict[int, str] = {}
+        self.last, self.planned, self.clock = "", False, Clock()
 
-    def emit(self, record: logging.LogRecord) -> None:
+    def emit(self, record: Any) -> None:
         """Print what a user wants to know of a record."""
         match getattr(record, "event", None):
             case LogEvent.RUN_INFO if self.common_settings.dryrun and not self.planned:

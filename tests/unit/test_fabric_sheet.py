@@ -1,6 +1,8 @@
 """The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
 
+import os
 import re
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
 import numpy as np
@@ -12,11 +14,13 @@ from click.testing import CliRunner
 from refusals import refusal
 
 from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, fabric_sheet, load_scene
-from knitstudy.errors import ConvergenceError
+from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
 from knitstudy.run.store import Store
 from knitstudy.use import fabric_sheet as sheets
 from knitstudy.use import sheet_numbers as rows
@@ -146,7 +150,7 @@ def jersey():
 def made(jersey, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sheet")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(sheets, "EVEN", 12)
+        patch.setattr(sheets, "EVEN", 6)
         return fabric_sheet(jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
 
 
@@ -239,8 +243,9 @@ def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
 def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatch):
     """The second sheet simulates nothing."""
     _, folder = made
-    monkeypatch.setattr(sheets, "EVEN", 12)
+    monkeypatch.setattr(sheets, "EVEN", 6)
     monkeypatch.setattr("knitstudy.run.store._made", lambda *arguments: pytest.fail("nothing is made"))
+    monkeypatch.setattr(ProcessPoolExecutor, "submit", lambda *_, **__: pytest.fail("a process begins"))
     monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: jersey)
     asked = (
         "sheet",
@@ -261,6 +266,32 @@ def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatc
     assert "mass per area" in [row[0] for row in rows]
     assert (folder / "sheet" / "jersey" / "sheet.html").is_file()
     assert CliRunner().invoke(main, [*asked, "--tex", "30"]).exit_code == 2
+
+
+def test_a_killed_process_is_named_and_nameless_sheets_keep_their_places(jersey, monkeypatch, tmp_path):
+    """A sheet has no jobs to take fewer of."""
+    die, names = replace(STAGES["bending"], function=lambda scene, **needed: os._exit(1)), []
+    monkeypatch.setitem(STAGES, "bending", die)
+    monkeypatch.setattr(sheets, "cell_of", lambda scene: names.append(scene.name) or scene)
+    for friction in (0.2, 0.3):
+        with refusal("ended a process, perhaps for its memory: take a larger mesh.beam_size", KnitstudyError):
+            fabric_sheet(jersey.vary({"name": "scene", "contact.friction": friction}), folder=tmp_path)
+    assert len({*names} - {"scene"}) == 2
+
+
+def test_results_side_by_side_have_the_diameter_of_the_yarn_not_of_the_drawn_loops(tmp_path):
+    scene, store, files = load_scene("fabric-acrylic-stockinette-course-free"), Store(tmp_path), []
+    for share in (0.6, 0.5):
+        step = Plan({}).step(
+            "geometry", scene.vary({"geometry.diameter_share": share, "knit": f"k{100 * share:g}"})
+        )
+        store.get(step)
+        files.append(str(tmp_path / step.path))
+    for asked in (files[:1], files):
+        shown = CliRunner().invoke(main, ["show", *asked])
+        assert shown.exit_code == 0, shown.stderr
+        (row,) = [line.split("\t") for line in shown.stdout.splitlines() if line.startswith("yarn diameter")]
+        assert {*row[1 : 1 + len(asked)]} == {f"{scene.yarn.diameter:.6g}"}
 
 
 def bent(slope, cycle=True):

@@ -218,6 +218,7 @@ def test_modulus_of_a_tied_cell_by_the_commands(tmp_path, monkeypatch):
     for option, value, message in (
         ("--branch", "unloading", "has no unloading to fit; set load.turns"),
         ("--check", "fidelty=spline_yarns", "did you mean 'fidelity'"),
+        ("--check", "load.strain=1e-6", "4 points are needed; set a larger load.strain"),
     ):
         refused = knitstudy("fit", "rom3d-tie-course", "lab.csv", *changes, option, value, code=1)
         assert message in refused.stderr

@@ -96,6 +96,10 @@ def test_a_key_concerns_the_stages_that_read_it_and_those_behind(config, key, va
 
 def test_scenes_that_a_stage_reads_alike_share_its_result(config):
     plan, store, calls = Plan.of(config), Store(), []
+    rest = load_scene("fabric-acrylic-stockinette-course-free")
+    others = (rest.vary({"solver.increments": 3}), rest.vary({"solver.residual_tolerance": 1e-7}))
+    first, same, finer = (Plan({}).step("rest", scene).digest for scene in (rest, *others))
+    assert first == same != finer
     scene = plan.scenes["dns-a"]
     for each in (scene, scene.vary({"name": "other", "knit": "other", "load.strain": 0.001})):
         step = plan.step("geometry", each)

@@ -47,4 +47,4 @@ def test_from_a_sample_to_a_promise(fresh):
     measured = fresh.run("-m", "knitstudy", "measure", "yarns-tie-course", *ONE, *beyond)
     assert "kept in measured.csv" in measured.stderr, measured.stderr
     own = plan(*beyond)
-    assert "on this very knit" in own.stdout, own.stderr
+    assert "on this very knit\n" in own.stdout, own.stdout + own.stderr  # by this code

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from numbers import Real
 from typing import Any, NamedTuple
 
@@ -274,14 +274,14 @@ def pairs(first: Mapping[Any, Any], second: Mapping[Any, Any]) -> Iterator[tuple
         yield key, first.get(key, MISSING), second.get(key, MISSING)
 
 
-def side_by_side(first: xr.Dataset, second: xr.Dataset) -> Iterator[tuple[Any, ...]]:
+def side_by_side(first: Sequence[Quantity], second: Sequence[Quantity]) -> Iterator[tuple[Any, ...]]:
     """Yield name, both values, second over first, and unit of all numbers of two results, and of texts that differ.
 
-    Raises DataFileError when the results are of different kinds, or are none.
+    Both begin with their kind (`summarise`); DataFileError when these differ.
     """
-    if (kind := kind_of(first)) != (other := kind_of(second)):
+    if (kind := first[0].value) != (other := second[0].value):
         raise DataFileError(f"is a {other} and cannot be compared with a {kind}")
-    quantities = ({(row.name, row.unit): row.value for row in summarise(data)} for data in (first, second))
+    quantities = ({(row.name, row.unit): row.value for row in rows} for rows in (first, second))
     for (name, unit), a, b in pairs(*quantities):
         numbers = isinstance(a, Real) and isinstance(b, Real)
         if numbers or a != b:

@@ -217,7 +217,7 @@ class BentBeams(EndlessBeams):
         force = self._points_follow.forces(on_points)  # on all stations of the patch, and on no lattice
         rows = (6 * self._nodes[:, None] + np.arange(6)).ravel()
         force[rows] += inner.force
-        T, turned = self._follow(state, force[:-3])
+        T, turned = self._follow(state, force[:-3] if stiffness else None)
         if stiffness:
             own = T[rows].T @ sp.csr_matrix(inner.stiffness) @ T[rows]
             tangent = sp.csr_matrix(own + T.T @ tangent @ T + turned + sp.diags(self._drag))
@@ -233,36 +233,39 @@ class BentBeams(EndlessBeams):
             status=SOFT,
         )
 
-    def _follow(self, state: EndlessState, force: Floats) -> tuple[sp.csr_matrix, sp.csr_matrix]:
+    def _follow(
+        self, state: EndlessState, force: Floats | None
+    ) -> tuple[sp.csr_matrix, sp.csr_matrix | None]:
         """Return T (6 N + 3, size), how the patch follows the unknowns, and dT^T f under forces f (6 N,) on it."""
         j, R, D = self._motions(state)
         owner, n, u = self.patch.owner, self.nodes, (self.flat + state.lattice[:3])[self.along]
-        N, spin = len(owner), hat(self.turn)
-        turned = j[:, None, None] * (spin @ R)  # dR / dphi
-        position = state.beams.position[owner]
-        rate = np.einsum("nij,nj->ni", turned, position)
-        last = np.zeros((N, 6, 4))
-        last[:, :3, 1 - self.along] = np.multiply.outer(self.patch.image[:, 1 - self.along], self.axis)
-        last[:, :3, self.along] = D[:, 0]
-        last[:, :3, 2] = np.multiply.outer(j, self.axis)
-        last[:, :3, 3] = rate + u * D[:, 1]
-        last[:, 3:, 3] = np.multiply.outer(j, self.turn)
-        column = (2 * owner[:, None] + np.arange(2)).ravel()
-        blocks = sp.bsr_matrix((np.repeat(R, 2, axis=0), column, np.arange(2 * N + 1)), (6 * N, 6 * n))
-        T = sp.vstack([sp.hstack([blocks, last.reshape(-1, 4)]), sp.csr_matrix((3, self.size))], format="csr")
+        N, edge = len(owner), np.arange(self.size)
+        turned = j[:, None, None] * (hat(self.turn) @ R)  # dR / dphi
+        rate = np.einsum("nij,nj->ni", turned, state.beams.position[owner])
+        # Rows of a copy, of its place and its turn: by those of its owner, and by the edges and the angle
+        rows, column = np.zeros((N, 2, 3, 7)), np.empty((N, 2, 3, 7), dtype=np.int32)
+        rows[..., :3], last = R[:, None], rows[..., 3:]
+        last[:, 0, :, 1 - self.along] = np.multiply.outer(self.patch.image[:, 1 - self.along], self.axis)
+        last[:, 0, :, self.along] = D[:, 0]
+        last[:, 0, :, 2] = np.multiply.outer(j, self.axis)
+        last[:, 0, :, 3] = rate + u * D[:, 1]
+        last[:, 1, :, 3] = np.multiply.outer(j, self.turn)
+        column[..., :3] = (6 * owner[:, None] + [0, 3])[..., None, None] + np.arange(3)
+        column[..., 3:] = edge[-4:]
+        ends = 7 * np.minimum(np.arange(6 * N + 4), 6 * N)
+        T = sp.csr_matrix((rows.ravel(), column.ravel(), ends), (6 * N + 3, self.size))
+        if force is None:
+            return T, None
         f = force.reshape(N, 2, 3)
         by_angle = np.zeros(self.size)  # of all forces
         on_owner = np.zeros((n, 2, 3))
         np.add.at(on_owner, owner, np.einsum("nij,nai->naj", turned, f))
         by_angle[: 6 * n] = on_owner.ravel()
         by_angle[6 * n + self.along] = np.vdot(D[:, 1], f[:, 0])
-        of_moment = (
-            by_angle.copy()
-        )  # by all unknowns: spins of images do not change the moment that they take
+        of_moment = by_angle.copy()  # by all unknowns: spins of images do not change the moment they take
         of_moment[: 6 * n].reshape(n, 2, 3)[:, 1] = 0.0
         twice = j[:, None] * np.cross(self.turn, rate) + u * D[:, 2]
         of_moment[-1] = np.vdot(twice, f[:, 0])
-        edge = np.arange(self.size)
         at = np.full(self.size, self.size - 1)
         entries = np.append(by_angle[:-1], of_moment), (np.append(edge[:-1], at), np.append(at[:-1], edge))
         return T, sp.csr_matrix(entries, (self.size, self.size))

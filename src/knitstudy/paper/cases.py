@@ -16,13 +16,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import (
-    HEXAHEDRA,
-    Reference,
-    discretisation,
-    made_of,
-    reference_of,
-)
+from knitstudy.measures.reference import HEXAHEDRA, Reference, discretisation, made_of, reference_of
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation

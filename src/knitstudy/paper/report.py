@@ -344,9 +344,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
 
 VERDICTS = RESOURCES / "verdicts.csv"  # of the full study
 FULL_SCENES = RESOURCES / "full" / "scenes.csv"  # behind these verdicts
-REFERENCE_VALUES = (
-    RESOURCES / "reference" / "reference_values.csv"
-)  # of single simulations, behind the reference
+REFERENCE_VALUES = RESOURCES / "reference" / "reference_values.csv"  # behind the reference
 
 
 def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> list[str]:

@@ -22,9 +22,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import unknown_choice
 
-Study = Literal[
-    "ci", "reduced", "full", "reference", "fabrics"
-]  # Names of the studies that a scene can belong to
+Study = Literal["ci", "reduced", "full", "reference", "fabrics"]  # That a scene can belong to
 STUDIES: tuple[str, ...] = get_args(Study)
 MOST = 10_000  # Scenes that one entry may make; more are taken for a mistake
 
@@ -34,9 +32,7 @@ _OF_ENTRY = ("name", "studies", "keys")
 _PLACEHOLDER = re.compile(r"\{([^{}]*)\}")
 _BY = re.compile(r"(\S+) +by +(\S+)")
 
-Blocks = Mapping[
-    str, Mapping[str, dict[str, Any]]
-]  # By placeholder and choice: the keys that the choice sets
+Blocks = Mapping[str, Mapping[str, dict[str, Any]]]  # Keys that a choice sets, by placeholder and choice
 
 
 @dataclass(frozen=True)

@@ -165,10 +165,12 @@ def simulate_many(
 
 
 @contextmanager
-def processes(tasks: int, jobs: int | None = None) -> Iterator[ProcessPoolExecutor]:
+def processes(
+    tasks: int, jobs: int | None = None, remedy: str = "take fewer jobs, or smaller scenes"
+) -> Iterator[ProcessPoolExecutor]:
     """Yield as many processes as there are tasks, or `jobs`, by default one a core; they know all that was made before.
 
-    Raises KnitstudyError where the system ends one.
+    Raises KnitstudyError, with a remedy, where the system ends one.
     """
     jobs = min(jobs or os.cpu_count() or 1, tasks) or 1
     pool = ProcessPoolExecutor(jobs, get_context("fork"), _begin, (max(threads() // jobs, 1),))
@@ -176,7 +178,7 @@ def processes(tasks: int, jobs: int | None = None) -> Iterator[ProcessPoolExecut
         yield pool
     except BrokenProcessPool:
         why = "the system ended a process, perhaps for its memory"
-        raise KnitstudyError(f"{why}: take fewer jobs, or smaller scenes; what is done is kept") from None
+        raise KnitstudyError(f"{why}: {remedy}; what is done is kept") from None
     finally:
         pool.shutdown(cancel_futures=True)
 

@@ -37,6 +37,7 @@ MODEL = (
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
 KIND = ("specimen", "fidelity", "interaction")
+TOLERANCES = ("solver.residual_tolerance", "solver.correction_tolerance")
 MODEL_KEYS = (*KIND, "pattern", "pair", *SECTIONS, "load", "mesh", "tie", "contact", "solver")
 
 Check = Callable[[Scene], bool]
@@ -76,9 +77,7 @@ class Stage:
     code: tuple[str, ...] = MODEL  # rooms whose code makes the result
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     intermediate: bool = False  # whether a study asks for it only as the input of another stage
-    asked_by: frozenset[str] = (
-        frozenset()
-    )  # entries of the scene's outputs without which no study asks for it
+    asked_by: frozenset[str] = frozenset()  # outputs of the scene without which no study asks for it
     reports: bool = False  # whether its function takes a run, for its progress
     restarts: bool = False  # whether the run has a restart file as well
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
@@ -158,7 +157,7 @@ _STAGES = (
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
         function=later("knitstudy.knit.models.beam.cell:relax"),
-        reads=lambda scene: (*KIND, *SECTIONS, "mesh", "contact.friction", "beam", "solver", "load.start"),
+        reads=lambda scene: (*KIND, *SECTIONS, "mesh", "contact.friction", "beam", *TOLERANCES, "load.start"),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
         intermediate=True,

@@ -47,6 +47,10 @@ BeginProgress = Callable[[str], ReportProgress]
 """Returns the receiver of the progress of a step, for example `knitstudy.knit.loading.run.Progress`."""
 
 
+class NotKept(Exception):
+    """A result that a store which makes none has not."""
+
+
 @dataclass
 class Store:
     """Takes results from where they are kept, or makes them.
@@ -66,6 +70,7 @@ class Store:
     also: tuple[Path, ...] = ()
     progress: BeginProgress = lambda label: silent
     made: dict[str, xr.Dataset] = field(default_factory=dict)  # by digest
+    makes: bool = True  # else NotKept is raised where a result would be made
 
     def get(self, step: Step, anew: bool = False) -> Any:
         """Return a result: from memory, from its file if that is up to date, else made and written.
@@ -131,6 +136,8 @@ class Store:
             return None
         if path is not None and not anew:
             self._require_open_end(step)
+        if not self.makes:
+            raise NotKept(step)
         run = self._run_of(step)
         try:
             dataset, ended = _made(step, needed if run is None else {**needed, "run": run}), None

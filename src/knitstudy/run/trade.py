@@ -33,6 +33,7 @@ from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Trade
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
+from knitstudy.run.stages import physics_digest
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
 
@@ -198,7 +199,7 @@ def measure(problem: Problem, folder: Path) -> pd.DataFrame:
         raise ConfigurationError(f"scene {scene.name!r}: models are compared {which}")
     measured_rows(OWN)  # which refuses a table of something else
     settings = problem.trade.settings_of(problem.case)
-    records = [run(named, setting, folder, say=True) for setting in settings]
+    records = [run(named, setting, folder, say=True) | {"code": physics_digest()} for setting in settings]
     of = (scene.name, problem.case)
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():

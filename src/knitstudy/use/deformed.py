@@ -157,11 +157,7 @@ def deformed(
         around = len(tubes[0].points) // (len(along) + 2)
         at.append(np.repeat(np.concatenate([along[:1], along, along[-1:]]), around))
     rows = Deformed(
-        np.concatenate(points, axis=1),
-        np.concatenate(faces),
-        values[:, np.concatenate(at)],
-        label,
-        history,
+        np.concatenate(points, axis=1), np.concatenate(faces), values[:, np.concatenate(at)], label, history
     )
     return replace(_repeated(rows, wale, copies), cell=cell)
 

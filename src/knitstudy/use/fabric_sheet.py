@@ -10,6 +10,8 @@ from __future__ import annotations
 import logging
 from base64 import b64encode
 from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from io import BytesIO
@@ -29,6 +31,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene, flat, questions
@@ -37,20 +40,15 @@ from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
-from knitstudy.run.store import OF_STUDY, BeginProgress, Store
+from knitstudy.run.store import OF_STUDY, BeginProgress, NotKept, Store
 from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import (
-    PULL,
-    STRAIN,
-    curve_table,
-    force_over_strain,
-    loss_of_cycle,
-)
+from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
 from knitstudy.use.sheet_numbers import (
     NOT_KNOWN,
     PRESS,
     SHEAR,
+    SHEARED,
     bending_rows,
     construction_rows,
     load_rows,
@@ -67,7 +65,7 @@ BOTH = "both ways"  # name of loads with both strains prescribed, before their r
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
 CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments between plates
-EVEN = 30  # increments of the path that counts; of a cycle half of them go back
+EVEN = 15  # increments of a leg of the path that counts
 BACK = 0.02  # of the largest strain, where a cycle ends
 MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
@@ -81,7 +79,7 @@ CYLINDER = (
     "Bending is that of a cylinder: nothing pulls in the plane, the axis stays straight, nothing twists. Widths and "
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
-VALUES = (".youngs_modulus", ".stretching", ".bending", ".twisting", ".pressing")  # of yarns, in a note
+VALUES = tuple(f".{name}" for name in ("youngs_modulus", *OF_BEAMS))  # of yarns, in a note
 BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
@@ -199,6 +197,8 @@ def fabric_sheet(
     ConvergenceError
         When the fabric does not find its shape at rest.
     """
+    plan = Plan.of(config)
+    scene = plan.labelled(scene)  # sheets of changed and of nameless scenes keep their places
     cell = cell_of(scene)
     if not isnan(tex) and len(cell.yarns) > 1:
         raise ConfigurationError(
@@ -208,15 +208,16 @@ def fabric_sheet(
     for question in questions(cell):
         log.warning(question)
     store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
-    maker = _Maker(cell, starts, FARTHER * force, Plan.of(config), store)
+    maker = _Maker(cell, starts, FARTHER * force, plan, store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
-    # Bending takes longest, and begins first.
-    each: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
-    each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
-    each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
-    made = iter(maker.side_by_side([*each, _Maker.tied]))
-    bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
+    bend: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
+    pull = [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
+    press = [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
+    # Bending there and back takes longest, and begins first; what takes little time fills the gaps at the end.
+    made = iter(maker.side_by_side([bend[0], *pull, *bend[1:], *press, _Maker.tied]))
+    bent, histories = [next(made)], {load: next(made) for load in loads}
+    bent += [next(made) for _ in starts[1:]]
     pressed, tied = [next(made) for _ in starts], next(made)
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
@@ -290,17 +291,18 @@ class _Maker:
     def history(self, load: str, keys: dict[str, Any]) -> xr.Dataset:
         """Return the history of a load that counts, of its keys."""
         way: dict[str, Any] = {"load.strain": 4.0, "load.stops": COARSE}
-        if load == "shear":
-            way = {"load.strain": SHEAR, "load.stops": [[0.9 * SHEAR, 0.1 * SHEAR]]}
+        if load == "shear":  # no number is of more
+            way = {"load.strain": 2 * SHEARED, "load.stops": [SHEARED]}
         find = {"load.largest_force": self.force, "load.start": self.starts[-1], "solver.increments": 1}
         found = self.coarse[load] = self._run(f"{load}-found", keys | way | find)
         along = load if load in STRAINS else "course"
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
-        strain = float(found["strain"].max()) if isnan(strain) else BEYOND * strain
+        most = SHEAR if load == "shear" else float(found["strain"].max())
+        strain = most if isnan(strain) else BEYOND * strain
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
-        even |= {"load.strain": strain, "load.largest_force": None}
+        even |= {"load.strain": strain, "load.largest_force": self.force if strain == SHEAR else None}
         if load in STRAINS[:2]:
-            even |= {"load.turns": [strain], "load.strain": BACK * strain}
+            even |= {"load.turns": [strain], "load.strain": BACK * strain, "solver.increments": 2 * EVEN}
         return self._run(load, even)
 
     def pressed(self, start: str, pressure: float) -> xr.Dataset:
@@ -329,20 +331,35 @@ class _Maker:
             self.notes.append(f"Bending ended early: {made.attrs['ended']}")
         return made
 
+    def rest(self, start: str) -> dict[str, xr.Dataset]:
+        """Return the shape at rest of a start, and its geometry, by digest: all paths share them."""
+        step = self.plan.step("simulation", self.plan.labelled(self.cell.vary({"load.start": start})))
+        return {need.digest: self.store.get(need) for need in step.needs.values()}
+
     def side_by_side(self, each: Sequence[Callable[[_Maker], Any]]) -> list[Any]:
-        """Return what methods return; all processes begin with the shapes at rest."""
+        """Return what methods return, from what is kept or by processes; the first needs only the start that counts."""
         global _forked
-        for start in self.starts:
-            step = self.plan.step("simulation", self.plan.labelled(self.cell.vary({"load.start": start})))
-            for need in step.needs.values():
-                self.store.get(need)
-        _forked = self
-        with processes(len(each)) as pool:
-            ended = list(pool.map(_alone, each))
-        for _, coarse, notes in ended:
-            self.coarse |= coarse
-            self.notes += notes
-        return [result for result, *_ in ended]
+        ended: dict[Callable[[_Maker], Any], _Ended] = {}
+        _forked = replace(self, store=replace(self.store, makes=False))
+        for method in each:
+            with suppress(NotKept):
+                ended[method] = _alone(method, {})
+        missing = [method for method in each if method not in ended]
+        self.store.get(self.plan.step("geometry", self.plan.labelled(self.cell)))
+        _forked, known = self, dict[str, xr.Dataset]()
+        with processes(len(missing), remedy="take a larger mesh.beam_size") as pool:
+            starts = self.starts if missing else ()
+            rests = [pool.submit(_alone, partial(_Maker.rest, start=start), {}) for start in starts]
+            begun: list[Future[_Ended]] = []
+            for number, rest in enumerate(rests, 1):
+                known = known | rest.result()[0]
+                now = missing[number - 1 : number if number < len(rests) else None]
+                begun += [pool.submit(_alone, method, known) for method in now]
+            ended |= zip(missing, [future.result() for future in begun], strict=True)
+        for method in each:
+            self.coarse |= ended[method][1]
+            self.notes += ended[method][2]
+        return [ended[method][0] for method in each]
 
     def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
         """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
@@ -361,9 +378,11 @@ class _Maker:
 
 
 _forked: _Maker  # what processes take from the one that they are copies of
+_Ended = tuple[Any, dict[str, xr.Dataset], list[str]]
 
 
-def _alone(method: Callable[[_Maker], Any]) -> tuple[Any, dict[str, xr.Dataset], list[str]]:
-    """Return what a method returns in a process of its own, with what it leaves in its `_Maker`."""
+def _alone(method: Callable[[_Maker], Any], known: dict[str, xr.Dataset]) -> _Ended:
+    """Return what a method returns in a process that knows results, with what it leaves in its `_Maker`."""
     maker = replace(_forked, coarse={}, notes=[])
+    maker.store.made |= known
     return method(maker), maker.coarse, maker.notes

@@ -30,7 +30,7 @@ PRESS = "press"
 SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 # Curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
 BENT = (50.0, 100.0, 150.0)
-SAME = 1e-9  # of a value: others that are as near are the same by construction, and say nothing of it
+SAME = 1e-9  # of a value: others that are as near differ by rounding alone, and say nothing of it
 NOT_KNOWN = "not known"
 SLACK = "slack, or the path ended early"
 NEEDS_TEX = ("tightness factor", "mass per area")
@@ -45,11 +45,15 @@ def when(curve: pd.DataFrame, column: str, of: str, value: float) -> float:
     >>> when(pd.DataFrame({"strain": [0.0, 0.25, 0.5], "force": [0.0, 2.0, 6.0]}), "strain", "force", 4.0)
     0.375
     """
-    beyond = np.flatnonzero(curve[of] >= value)
-    if not len(beyond) or beyond[0] == 0:
+    if not (reached := _reached(curve, of, value)):
         return nan
-    pair = curve.iloc[beyond[0] - 1 : beyond[0] + 1]
+    pair = curve.iloc[reached - 1 : reached + 1]
     return float(np.interp(value, pair[of], pair[column]))
+
+
+def _reached(curve: pd.DataFrame, of: str, value: float) -> int:
+    """Return the row in which a column first reaches a value, but for rounding; 0 where it never does."""
+    return int(np.argmax(curve[of] >= value - SAME * abs(value)))
 
 
 def energy_to(curve: pd.DataFrame, along: str, of: str, value: float) -> float:
@@ -57,7 +61,7 @@ def energy_to(curve: pd.DataFrame, along: str, of: str, value: float) -> float:
     until = when(curve, along, of, value)
     if isnan(until):
         return nan
-    last = curve.iloc[int(np.argmax(curve[of] >= value)) - 1]
+    last = curve.iloc[_reached(curve, of, value) - 1]
     way = abs(until - last[along]) * (1e-3 if along == THICKNESS else 1.0)
     return float(last[ENERGY] + 0.5 * (last[of] + value) * way)
 

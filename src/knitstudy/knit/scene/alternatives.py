@@ -68,7 +68,10 @@ UNITS = {part: unit for part, (_, unit) in KEYS.items()} | {"packing": "1", "pul
 OF_FIBRE = {"density": "kg/m3", "modulus": "N/tex", "pressure": "Pa", "pressing_exponent": "1"}
 """Units of all values of a yarn, where `pull` and `extension` are a point of its curve, and of a fibre."""
 
-STIFFNESSES = tuple(KEYS[name][0] for name in ("stretching", "bending", "twisting"))
+OF_BEAMS = ("stretching", "bending", "twisting", "pressing")
+"""Stiffnesses of a yarn that beams alone have."""
+
+STIFFNESSES = tuple(f"yarn.{name}" for name in OF_BEAMS[:3])
 """Keys that replace the stiffness of a solid circle."""
 
 OF_YARNS = tuple(f"{section}.{name}" for section in SECTIONS for name in ("tex", "density", "of"))
@@ -149,8 +152,8 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     if any(key in values for key in STIFFNESSES):
         values["mesh.section_law"] = "straight"
     if not first:  # friction is of both
-        values = {_in_section(key, section): value for key, value in values.items() if key != FRICTION}
-        own = [_in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        values = {in_section(key, section): value for key, value in values.items() if key != FRICTION}
+        own = [in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
         if lacking := [key for key in own if key not in values | remaining]:
             raise ConfigurationError(
                 f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
@@ -158,7 +161,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     return remaining, {tex_key: None} | values | tex
 
 
-def _in_section(key: str, section: str) -> str:
+def in_section(key: str, section: str) -> str:
     """Return the key of a section of yarns that is that of the first one."""
     return key.replace(f"{SECTIONS[0]}.", f"{section}.")
 
@@ -169,7 +172,7 @@ def values_of_yarns(keys: Mapping[str, Any]) -> list[tuple[str, Value]]:
     values = [(LENGTH, length) for _, yarn in named for length in yarn.loop_lengths]
     for section, yarn in named:
         parts = KEYS.keys() & yarn.values.keys()
-        values += [(_in_section(KEYS[part][0], section), yarn.values[part]) for part in parts]
+        values += [(in_section(KEYS[part][0], section), yarn.values[part]) for part in parts]
     return values
 
 

@@ -152,13 +152,7 @@ class Section(BaseModel, metaclass=SectionType):
     group: ClassVar[str] = ""
     """Name of the group of keys in a scene, and in ``defaults.yaml``; the head of its class gives it."""
 
-    model_config = ConfigDict(
-        frozen=True,
-        extra="forbid",
-        strict=True,
-        allow_inf_nan=False,
-        defer_build=True,
-    )
+    model_config = ConfigDict(frozen=True, extra="forbid", strict=True, allow_inf_nan=False, defer_build=True)
 
     def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
         super().__init_subclass__(**config)

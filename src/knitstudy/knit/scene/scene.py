@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import KEYS, SECTIONS, STIFFNESSES, in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -50,7 +50,7 @@ from knitstudy.mechanics.materials import MATERIALS
 FREE_OF_STRESS = {"yarn.set": 1.0}
 """How yarns lie in drawn loops, for models that do not ask."""
 
-MODULUS, PRESSING = "yarn.youngs_modulus", KEYS["pressing"][0]
+MODULUS = "yarn.youngs_modulus"
 
 LABELS = tuple(name for name in Labels.model_fields if describe(Labels, name).role == "output")
 """Labels that no number depends on: name, knit and outputs."""
@@ -145,7 +145,7 @@ class Scene(Part, metaclass=SceneType):
             values[key] = keys.pop(key)  # a value that the other kind knows without saying it
         _require_kind(kind, keys, yarn, values, where)
         if MODULUS not in keys:
-            stiffnesses = [key for key in (*STIFFNESSES, PRESSING) if values.get(key) is not None]
+            stiffnesses = [key for name in OF_BEAMS if values.get(key := f"yarn.{name}") is not None]
             _require_all_of_yarn(kind, stiffnesses, where)
         before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
         labels_now = labels_of(before | labels, where)

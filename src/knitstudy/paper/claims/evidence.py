@@ -17,23 +17,9 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.reference import (
-    Reference,
-    made_of,
-    reference_of,
-    transferred_uncertainty,
-)
+from knitstudy.measures.reference import Reference, made_of, reference_of, transferred_uncertainty
 from knitstudy.paper.cases import MODELS, Case, cases_of, number
-from knitstudy.paper.claims import (
-    CLAIMS,
-    NOT_RUN,
-    REPRODUCED,
-    UNDECIDABLE,
-    NotRun,
-    Remark,
-    Row,
-    worst,
-)
+from knitstudy.paper.claims import CLAIMS, NOT_RUN, REPRODUCED, UNDECIDABLE, NotRun, Remark, Row, worst
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, OTHER_SOLIDS, SOLIDS, of_cases
 from knitstudy.run.catalogue import Datasets, Scenes, one, several
@@ -73,9 +59,8 @@ class Evidence:
     direct: Mapping[str, str] = field(default_factory=dict)
     # The same with `direct` of another discretisation, by the discretisation in words
     again: Mapping[str, Evidence] = field(default_factory=dict)
-    geometries: Mapping[str, xr.Dataset] = field(
-        default_factory=dict
-    )  # of other knits than the base's, by their names
+    # Of other knits than the base's, by their names
+    geometries: Mapping[str, xr.Dataset] = field(default_factory=dict)
     held: str = "shape"  # quantity that sweeps hold fixed (``pattern.keep``)
     axes: str = "local"  # of springs (``rom.axes``)
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)

@@ -32,17 +32,7 @@ from knitstudy.use.solids import (
     yarn_of_mesh,
     yarn_tubes,
 )
-from knitstudy.use.style import (
-    ACCENT,
-    INK,
-    MILLIMETRE,
-    PAPER,
-    SINGLE,
-    YARNS,
-    Style,
-    shared_legend,
-    tint,
-)
+from knitstudy.use.style import ACCENT, INK, MILLIMETRE, PAPER, SINGLE, YARNS, Style, shared_legend, tint
 
 WIDTH = 120.0  # of the figure [mm]
 VIEW = View.orbit(turn=-24, tilt=14)

@@ -74,9 +74,7 @@ def _results(direction: str) -> dict[str, Results]:
     results=_results("course"),
 )
 @FIGURES.add(
-    "fig16_wale",
-    "Fig. 16, wale tension: out-of-plane displacement along the yarns",
-    results=_results("wale"),
+    "fig16_wale", "Fig. 16, wale tension: out-of-plane displacement along the yarns", results=_results("wale")
 )
 def draw_models(
     geometry: xr.Dataset, scenes: Scenes, reference: pd.DataFrame, **models: xr.Dataset

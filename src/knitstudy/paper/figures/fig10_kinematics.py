@@ -21,16 +21,7 @@ from knitstudy.paper.figures.fig07_contact import deformed_yarns
 from knitstudy.paper.figures.fig08_fig16_out_of_plane import OBLIQUE, draw_forces
 from knitstudy.paper.scene_names import of_solid
 from knitstudy.run.catalogue import FIGURES
-from knitstudy.use.solids import (
-    HALO,
-    Picture,
-    View,
-    bounds,
-    draw_arrow,
-    draw_rows,
-    window_around,
-    write,
-)
+from knitstudy.use.solids import HALO, Picture, View, bounds, draw_arrow, draw_rows, window_around, write
 from knitstudy.use.style import (
     ACCENT,
     FAINT,

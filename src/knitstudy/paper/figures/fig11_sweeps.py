@@ -21,16 +21,9 @@ CHECKS = {True: "D", False: "^"}  # marker of other discretisations: whether of 
 
 
 @FIGURES.add(
-    "fig11_sweeps",
-    "Fig. 11: out-of-plane motion against course spacing and yarn diameter",
-    results=RESULTS,
+    "fig11_sweeps", "Fig. 11: out-of-plane motion against course spacing and yarn diameter", results=RESULTS
 )
-def draw(
-    drawn: Datasets,
-    sweeps: Datasets,
-    scenes: Scenes,
-    reference: pd.DataFrame,
-) -> Figure:
+def draw(drawn: Datasets, sweeps: Datasets, scenes: Scenes, reference: pd.DataFrame) -> Figure:
     """Draw the largest |u_z| at full strain over both, with friction above and with ties below."""
     spacings, diameters = (
         sweeps_of(key, rows_of(scenes, {**drawn, **sweeps}), reference) for key in (SPACING, DIAMETER)

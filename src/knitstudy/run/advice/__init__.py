@@ -26,6 +26,7 @@ from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
+from knitstudy.run.stages import physics_digest
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -114,7 +115,9 @@ class Promises:
         """
         trade, case = problem.trade, str(problem.case)
         if mine := own_rows(problem):
-            return cls(problem, mine, "on this very knit", own=True)
+            others = any(row["code"] != physics_digest() for row in mine)
+            basis = "on this very knit" + f", by other physics: measure it again ({OWN})" * others
+            return cls(problem, mine, basis, own=True)
         name = problem.scene.name
         remedy = f"`knitstudy measure {name}`, with the same options, runs all models on this knit"
         if problem.outside:

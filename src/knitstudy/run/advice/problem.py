@@ -37,12 +37,7 @@ OVER = {
     "length": " over that of Peirce's loop",
 }
 
-FREE = {
-    *INPUT_KEYS.values(),
-    "yarn.diameter",
-    "yarn.youngs_modulus",
-    "load.deformation",
-}
+FREE = {*INPUT_KEYS.values(), "yarn.diameter", "yarn.youngs_modulus", "load.deformation"}
 """Physical keys that inputs stand for, or that results scale with."""
 
 OF_LOOP = {"geometry.alpha", "geometry.free", "pattern.control_points"}

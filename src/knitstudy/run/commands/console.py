@@ -26,12 +26,7 @@ from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.run.advice import Requirements
-from knitstudy.run.configuration import (
-    load_changed,
-    load_families,
-    scene_of_file,
-    workflow_configuration,
-)
+from knitstudy.run.configuration import load_changed, load_families, scene_of_file, workflow_configuration
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -40,13 +40,7 @@ from knitstudy.run.commands.console import (
     scene_argument,
     set_option,
 )
-from knitstudy.run.configuration import (
-    asked_of,
-    knits_of,
-    load_families,
-    load_scenes,
-    load_study,
-)
+from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study
 from knitstudy.run.families import STUDIES
 
 

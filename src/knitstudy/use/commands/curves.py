@@ -12,7 +12,7 @@ import pandas as pd
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, safe_name, write_table
-from knitstudy.knit.scene.alternatives import SECTIONS
+from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.specimens import Looped
@@ -27,10 +27,9 @@ FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
 WAY = ("cycle", "branch")
 # With these given, forces are not proportional to the modulus
-OF_YARN = ("stretching", "bending", "twisting", "pressing")
 STIFFNESSES = (
     "rom.stiffness",
-    *(f"{yarn}.{name}" for yarn in SECTIONS for name in OF_YARN),
+    *(f"{yarn}.{name}" for yarn in SECTIONS for name in OF_BEAMS),
     "yarn_b.youngs_modulus",
 )
 
@@ -201,10 +200,10 @@ def fit(
     way, turns = {name: named[name] for name in WAY}, chosen.value("load.turns") or ()
     if way["branch"] == "unloading" and not turns:
         raise ConfigurationError(f"scene {chosen.name!r}: has no unloading to fit; set load.turns")
-    if check:
-        chosen.vary(dict(check))  # refuses unknown keys before anything is simulated
+    both = chosen, _pulled(chosen.vary(dict(check)))[0]  # refused before anything is simulated
     whole, name = _read(measured, direction, named)
-    curve = within(whole, pd.Series(0.0, [0.0, max((chosen.load.strain, *turns))]))
+    reach = (max((each.load.strain, *(each.value("load.turns") or ()))) for each in both)
+    curve = within(whole, *(pd.Series(0.0, [0.0, most]) for most in reach))
     if len(curve) < curve_fit.LEAST:
         raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
     plan, slides = console.plan_with(scene, config), chosen.value(FRICTION) is not None

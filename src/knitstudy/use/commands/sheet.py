@@ -85,7 +85,7 @@ def sheet(
             config=config,
             progress=Progress,
         )
-    folder = output / "sheet" / chosen.name
+    folder = output / "sheet" / made.scene.name
     page, *files = made.write(folder)
     console.print_table([*made.numbers], made.numbers.to_numpy().tolist())
     for note in made.notes:

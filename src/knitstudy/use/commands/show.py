@@ -119,7 +119,7 @@ def show(
     for path in filter(None, (file, other)):
         if path.suffix != ".nc":
             raise DataFileError(f"{path}: results are .nc and .csv files")
-    from knitstudy.measures.summary import kind_of, summarise
+    from knitstudy.measures.summary import kind_of
     from knitstudy.use.measured_curve import curve_table
     from knitstudy.use.plot import draw
     from knitstudy.use.style import save
@@ -130,9 +130,7 @@ def show(
     elif keys:
         _print_keys(dataset, file, config)
     else:
-        with _naming(file):
-            quantities = _with_construction(summarise(dataset), dataset, file)
-        print_table(("quantity", "value", "unit"), quantities)
+        print_table(("quantity", "value", "unit"), _quantities(dataset, file))
     if plot is not None:
         click.echo(f"drawing {plot} ...", err=True)
         both = [dataset, *([read_dataset(other)] if other is not None else [])]
@@ -148,6 +146,14 @@ def show(
         click.echo(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
+
+
+def _quantities(dataset: xr.Dataset, file: Path) -> list[Quantity]:
+    """Return the summary of a result with the construction that is known of it."""
+    from knitstudy.measures.summary import summarise
+
+    with _naming(file):
+        return _with_construction(summarise(dataset), dataset, file)
 
 
 def _with_construction(known: list[Quantity], dataset: xr.Dataset, file: Path) -> list[Quantity]:
@@ -230,8 +236,9 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
         click.echo()
     except DataFileError as error:  # the numbers of an old file can be compared all the same
         click.echo(plain(str(error)), err=True)
+    quantities = _quantities(first, file), _quantities(second, other)
     with _naming(other):
-        rows = list(side_by_side(first, second))
+        rows = list(side_by_side(*quantities))
     print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES
+from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES, in_section
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
@@ -19,7 +19,7 @@ from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.registry import later
 
-OF_SECOND = tuple(key.replace("yarn.", "yarn_b.") for key in STIFFNESSES)
+OF_SECOND = tuple(in_section(key, SECTIONS[1]) for key in STIFFNESSES)
 THINNEST = 0.5  # of the diameters of two yarns, thinner over thicker: contact was checked down to there
 
 

@@ -27,9 +27,8 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 
 CURVATURE = 250.0  # at the turns of the path [1/m]
-TURNS = np.array(
-    [1.0, -1.0, 0.0]
-)  # corners of the path, over that; of a load that does not turn the first one
+TURNS = np.array([1.0, -1.0, 0.0])  # corners of the path, over that
+AHEAD = np.array([0.6])  # of a load that does not turn: the slope of KES-FB2 ends there
 STEPS = 5  # increments from one corner to the next, of that curvature each
 
 NAMES = ("curvature", "moment_per_width", "friction_per_area")
@@ -45,9 +44,9 @@ def bend(
     cell = build(scene, fabric_of(geometry), rest).observer
     assert isinstance(cell, BeamCell)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
-    corners = TURNS if scene.load.turns else TURNS[:1]
+    corners = TURNS if scene.load.turns else AHEAD
     way = np.cumsum(np.abs(np.diff(corners, prepend=0.0)))
-    count = int(way[-1]) * STEPS
+    count = round(way[-1] * STEPS)
     curves, first, ended = np.full((2, 3, count + 1), np.nan), [], []
     for along, name in enumerate(("course", "wale")):
         model = bent(scene, cell, along)

@@ -222,9 +222,15 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     lattice, of = Lattice(fabric.periods), f"of scene {scene.name}"
     law = scene.mesh.section_law
     model = _model(rows, lattice, contact, law, drawn_for=2 * fabric.radius)
-    settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
-    # Yarns that did not touch have come far in an increment for nothing: the next one begins where they are.
-    settings = replace(settings, predictor=0, increments=RELAXATION, waste=WASTE, remedy=NEARER)
+    settings = Settings(
+        RELAXATION,
+        scene.solver.residual_tolerance,
+        scene.solver.correction_tolerance,
+        predictor=0,  # yarns that did not touch have come far in an increment for nothing
+        stride=STRIDE * scene.yarn.diameter,
+        waste=WASTE,
+        remedy=NEARER,
+    )
     loosened = contact.friction and scene.load.start == "rest"
     ways = 2 if loosened else 1
 
