@@ -139,8 +139,8 @@ OTHERS = ("tighter wale", "slack wale", "tightest wale", "tight shear", "tight c
 def test_legs_of_loops_touch_as_those_of_beams_do(name, deformation, full, verify):
     """Solid yarns that could pass through themselves carried 2.5 to 6 times less in wale tension.
 
-    Beams are 0 to 8 % above solid yarns. The force of the tight jersey rises by 3 % in 0.1 % of strain at 10 %, where
-    its loops lock; the tightest one is 10 % above degree 2 at 30 %, and 7 % above degree 3.
+    Beams are within 4 % of solid yarns, but 7 % softer than slack ones at 10 %, where they lock, and 5, 7 and 10 %
+    softer in biaxial tension. The force of the tight jersey rises by 3 % in 0.1 % of strain at 10 %.
     """
     end = (0.2 if deformation == "biaxial" else 0.3) if full else 0.15
     at = [share * end for share in ((1 / 3, 2 / 3, 1) if full else (2 / 3, 1))]
@@ -148,7 +148,9 @@ def test_legs_of_loops_touch_as_those_of_beams_do(name, deformation, full, verif
     solids, overlap = strained(scene, at)
     verify.at_most(f"{name} jersey, {deformation}, {end:.0%}: overlap of solid yarns over R", overlap, 0.25)
     for strain, solid, beam in zip(at, solids, strained(scene.vary(BEAMS), at)[0], strict=True):
-        verify.within(f"{name} jersey, {deformation}, {strain:.0%}: beams over solid yarns", beam, solid, 0.1)
+        verify.within(
+            f"{name} jersey, {deformation}, {strain:.0%}: beams over solid yarns", beam, solid, 0.11
+        )
 
 
 @pytest.mark.full

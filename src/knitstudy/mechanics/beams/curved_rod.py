@@ -181,17 +181,22 @@ def _rigid(section: _Disc) -> Floats:
 #
 #     c = (1 + e) nu R^2 / 2,   e = (1 + 2 nu) / (6 (1 + nu)).
 #
-# Normal forces q per length so do additional work c (q_N m_B - q_B m_N) / EI. With their equilibrium, q_N = -n_N' -
-# kappa n_t and q_B = -n_B', the complementary energy of a slice is less by
+# Of a curved rod the other yarn lies inside of the bend, where both move the surface under normal forces: bending by
 #
-#     c / EI (n_N^2 + n_B^2 + kappa (n_t m_B - n_B m_t)).
+#     c' dk,   c' = c - k R^2 (1 - nu) (7 + 4 nu) / 24   (to first order in k),
+#
+# since the section of a curved rod becomes flat, and tension by nu R e outwards from the other yarn, since a stretched
+# yarn is thinner. Normal forces q per length so do additional work (c' q_N m_B - c q_B m_N) / EI - nu R q_N n_t / EA.
+# With their equilibrium, q_N = -n_N' - kappa n_t and q_B = -n_B', the complementary energy of a slice is less by
+#
+#     ((c' + k nu R^2 / 4) n_N^2 + c n_B^2 + kappa (c' n_t m_B - c n_B m_t) - k nu R^2 / 4 n_t^2) / EI.
 #
 # Of a straight rod this is a shear factor of 6 (1 + nu)^2 / (7 - 8 nu^2). Forces across have 6 (1 + nu)^2 / (7 + 24 nu
 # + 16 nu^2), and the mean of both compliances has Hutchinson's (2001), 6 (1 + nu)^2 / (7 + 12 nu + 4 nu^2).
 
 
 def eased_by_pressure(bends: Floats, poisson_ratio: float) -> Floats:
-    """Return by how much S (k, 6, 6) is less in rods that are loaded by normal forces on their surface.
+    """Return by how much S (k, 6, 6) is less in rods loaded by normal forces on their surface, inside of bends.
 
     Examples
     --------
@@ -200,11 +205,13 @@ def eased_by_pressure(bends: Floats, poisson_ratio: float) -> Floats:
     >>> bool(np.isclose(1 / S[0, 0], 6 * (1 + nu) ** 2 / (7 - 8 * nu**2) * np.pi / (2 * (1 + nu))))
     True
     """
-    nu, eased = poisson_ratio, np.zeros((len(bends), 6, 6))
-    eased[:, [0, 1], [0, 1]] = 2.0
-    eased[:, [2, 4], [4, 2]] = np.asarray(bends)[:, None]
-    eased[:, [1, 5], [5, 1]] = -np.asarray(bends)[:, None]
-    return nu * (7 + 8 * nu) / (3 * np.pi * (1 + nu)) * eased  # c / EI = 4 c / pi
+    nu, k, eased = poisson_ratio, np.asarray(bends), np.zeros((len(bends), 6, 6))
+    c = nu * (7 + 8 * nu) / (12 * (1 + nu))
+    inside, thinner = c - k * (1 - nu) * (7 + 4 * nu) / 24, k * nu / 4
+    eased[:, 0, 0], eased[:, 1, 1], eased[:, 2, 2] = 2 * (inside + thinner), 2 * c, -2 * thinner
+    eased[:, [2, 4], [4, 2]] = (k * inside)[:, None]
+    eased[:, [1, 5], [5, 1]] = (-k * c)[:, None]
+    return 4 / np.pi * eased  # 1 / EI = 4 / pi
 
 
 # Section of beams that follow a curved yarn: the law of a curved rod, by the curvature of every element

@@ -28,7 +28,7 @@ class TouchingBeamGates(BeamGates):
 
     point: float = numerics("choice", meaning="over the internal energy", default=0.3, gt=0)
     """Share of contact beyond the verified range of bends, angles and overlaps, gates.md. Checked: 0.3, below which
-    forces of jerseys are within 8 % of solid yarns."""
+    forces of jerseys are within 10 % of solid yarns."""
 
 
 class FrictionAlone(Section, group="contact"):
