@@ -40,53 +40,22 @@ ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
 
 
 def render(
-    template: Path,
-    captions: Mapping[str, Any],
-    pictures: Sequence[Path],
-    results: Mapping[str, pd.DataFrame],
-    provenance: pd.DataFrame,
+    template: Path,  # of Jinja2
+    captions: Mapping[str, Any],  # ``workflow/report/captions.yaml``; others come with their registration
+    pictures: Sequence[Path],  # PNG files named after the figures
+    results: Mapping[str, pd.DataFrame],  # tables by name
+    provenance: pd.DataFrame,  # of every data file, a row for each: first its path from the page
     study: str,
-    notes: Sequence[str] = (),
-    kept: pd.DataFrame | None = None,
-    full: Path | None = None,
-    turning: tuple[str, Scene | None] = ("", None),
-    page: Path = Path(),
+    notes: Sequence[str] = (),  # on the whole page
+    kept: pd.DataFrame | None = None,  # verdicts of the full study, shown beside those of this one
+    full: Path | None = None,  # tables and pictures of the full study, in place of those of a smaller one
+    turning: tuple[str, Scene | None] = ("", None),  # `turning_knit`; its scene says what is pulled
+    page: Path = Path(),  # where the page will be: links to files of the full study begin there
 ) -> str:
     """Return the page.
 
-    Parameters
-    ----------
-    template : Path
-        Jinja2 template of the page.
-    captions : mapping
-        Under ``figures`` and ``tables`` a text by the name of each, under ``opening`` the texts that come first; see
-        ``workflow/report/captions.yaml``. Other figures and tables bring their texts with their registration.
-    pictures : sequence of Path
-        PNG files named after the figures.
-    results : mapping of str to DataFrame
-        Tables by name.
-    provenance : DataFrame
-        Provenance of every data file, a row for each; its first column is the file's path from the page.
-    study : str
-        Name of the study.
-    notes : sequence of str
-        Notes for readers on the whole page.
-    kept : DataFrame, optional
-        Verdicts of the full study, shown beside the verdicts of this one.
-    full : Path, optional
-        Folder of tables (CSV) and pictures (PNG) of the full study, shown in place of those of a smaller study.
-    turning : (str, Scene), optional
-        Page of a knit that turns in the browser, and its scene (`turning_knit`), which says what is pulled.
-    page : Path, optional
-        Where the page will be: links to files of the full study begin there.
-
-    Raises
-    ------
-    ConfigurationError
-        When a figure or table is not in the catalogue, has no caption, or a caption speaks of a number that
-        is not there.
-    DataFileError
-        When a picture cannot be read.
+    Raises ConfigurationError where a figure or table is not in the catalogue, has no caption, or a caption speaks of a
+    number that is not there; DataFileError where a picture cannot be read.
     """
     instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
     drawn = {path.name: path for path in pictures}

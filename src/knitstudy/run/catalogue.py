@@ -185,25 +185,15 @@ def reference_files(config: Path) -> dict[str, Path]:
 
 
 class Displays:
-    """The figures, or the tables, of a study.
-
-    Parameters
-    ----------
-    study : iterable of Scene
-        In the order of the configuration.
-    reference : mapping of str to path
-        Files by their names (`reference_files`).
-    label : str
-        Names the study in messages.
-    """
+    """The figures, or the tables, of a study."""
 
     def __init__(
         self,
         catalogue: Catalogue,
         plan: Plan,
-        study: Iterable[Scene],
-        reference: Mapping[str, Path | str],
-        label: str = "the study",
+        study: Iterable[Scene],  # in the order of the configuration
+        reference: Mapping[str, Path | str],  # files by their names (`reference_files`)
+        label: str = "the study",  # in messages
     ) -> None:
         self.catalogue, self.plan, self.label = catalogue, plan, label
         self.study = {scene.name: scene for scene in study}

@@ -53,21 +53,11 @@ class NotKept(Exception):
 
 @dataclass
 class Store:
-    """Takes results from where they are kept, or makes them.
+    """Takes results from where they are kept, or makes them."""
 
-    Parameters
-    ----------
-    folder : Path, optional
-        Where results are written; restart files of runs that were ended lie in its folder ``restart``. Without it, all
-        stays in memory.
-    also : tuple of Path
-        Other folders that results are taken from.
-    progress : callable
-        See `BeginProgress`.
-    """
-
+    # Where results are written, with its folder ``restart`` for runs that were ended; without it, all stays in memory
     folder: Path | None = None
-    also: tuple[Path, ...] = ()
+    also: tuple[Path, ...] = ()  # other folders that results are taken from
     progress: BeginProgress = lambda label: silent
     made: dict[str, xr.Dataset] = field(default_factory=dict)  # by digest
     makes: bool = True  # else NotKept is raised where a result would be made

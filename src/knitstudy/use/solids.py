@@ -209,27 +209,17 @@ def bounds(surfaces: Sequence[Surface], view: View = FRONT, below: float = SILL)
 
 
 def draw_rows(
-    rows: Sequence[Sequence[Picture | None]],
-    width: float = DOUBLE,
-    head: float = 7.0,
+    rows: Sequence[Sequence[Picture | None]],  # from above to below
+    width: float = DOUBLE,  # of the figure [mm]
+    head: float = 7.0,  # room above each row for titles, below all rows, and above all of them [mm]
     foot: float = 0.0,
     above: float = 0.0,
-    titles: Sequence[str] = (),
+    titles: Sequence[str] = (),  # of the first panels, and the letters before them
     letters: Sequence[str] = "abcdefgh",
 ) -> tuple[Figure, list[Axes]]:
     """Return a figure that rows of pictures fill, and their axes, row by row.
 
-    Parameters
-    ----------
-    rows : sequence of sequences of Picture
-        From above to below. Pictures of a row are equally wide, the row is as high as the highest of them; where one
-        is None the axes stay empty.
-    width : float
-        Width of the figure [mm].
-    head, foot, above : float
-        Room above each row for titles, below all rows, and above all of them [mm].
-    titles, letters : sequence of str
-        Titles of the first panels, and the letters before them.
+    Pictures of a row are equally wide, the row is as high as the highest; where one is None the axes stay empty.
     """
 
     def high(row: Sequence[Picture | None]) -> float:

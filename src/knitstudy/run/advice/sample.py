@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import product
 from math import inf, isinf
-from pathlib import Path
 from typing import Annotated, Any, Self
 
 import numpy as np
@@ -184,6 +183,6 @@ class Trade(Section):
         return Scene.from_dict(document, name, packaged_defaults())
 
 
-def load_trade(path: Path = DECLARED) -> Trade:
+def load_trade() -> Trade:
     """Return the declaration; ConfigurationError names the key, its value and the allowed values."""
-    return validated(Trade, read_yaml(path), str(path))
+    return validated(Trade, read_yaml(DECLARED), str(DECLARED))
