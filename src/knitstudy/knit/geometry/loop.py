@@ -144,9 +144,7 @@ class LoopTarget:
     clearance: float
     length: float | None = None
     stitches: tuple[str, ...] = PLAIN
-    deep: float = (
-        1.0  # of loops as they are drawn, over that of others: loops that an inlay keeps apart are deeper
-    )
+    deep: float = 1.0  # depth of drawn loops over the usual one: an inlay keeps loops apart
 
     @property
     def tight(self) -> float:

@@ -47,9 +47,7 @@ NEARER = (
 )
 STRAIGHT = 1e-6  # of curvatures summed over nodes, times the length: of rounding
 RELAXATION = 20  # increments of the way to rest, where none of them fails
-WASTE = (
-    4000  # iterations without headway on the way to rest: loops of lace and piques snap into place one by one
-)
+WASTE = 4000  # iterations without headway on the way to rest: loops of lace snap into place one by one
 
 
 @dataclass(frozen=True, eq=False)
