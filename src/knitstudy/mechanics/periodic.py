@@ -18,7 +18,8 @@ from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
-from knitstudy.mechanics.model import Memoryless, Model, Response, summed
+from knitstudy.mechanics.model import Memoryless, Response, summed
+from knitstudy.mechanics.solid import SolidModel
 from knitstudy.mechanics.spline_yarn import basis as disc
 from knitstudy.mechanics.spline_yarn.basis import Spline
 from knitstudy.mechanics.spline_yarn.space import YarnSpace
@@ -79,7 +80,7 @@ class PeriodicModel:
 
     def __init__(
         self,
-        model: Model,  # of all nodes, images included; every element, tie and contact once
+        model: SolidModel,  # of all nodes, images included; every element, tie and contact once
         spread: sp.csr_matrix,  # (model.size, size), T, of full rank
     ) -> None:
         self.model, self.spread = model, spread
@@ -105,6 +106,10 @@ class PeriodicModel:
     def advance(self, state: Any, step: Floats) -> Any:
         """Return the state displaced by `step` (size,) [m]."""
         return self.model.advance(state, self.spread @ step)
+
+    def motion_of_neighbours(self, state: Any, step: Floats) -> float:
+        """Return the largest motion against each other of what is near each other, images included [m]."""
+        return self.model.motion_of_neighbours(state, self.spread @ step)
 
     def respond(self, state: Any, stiffness: bool) -> Response:
         """Return T^T of the model's forces and, if asked, T^T K T: as a whole, for a direct solver."""

@@ -71,6 +71,11 @@ class SolidYarns:
         return self.model.contact is not None
 
     @property
+    def stride(self) -> float:
+        """Largest correction [m]: the distance within which contact is searched."""
+        return np.inf if self.model.contact is None else self.model.contact.margin
+
+    @property
     def elements(self) -> int:
         """Number of elements."""
         return sum(len(group.connectivity) for group in self.model.groups)
@@ -197,14 +202,12 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
     model = yarns.model
     motion = load_path(scene, fabric)
     prescribed, driven = _prescribed(yarns, motion, scene.load.lateral)
-    # No correction may exceed the distance within which contact is searched.
-    stride = np.inf if model.contact is None else model.contact.margin
     return Problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
         solver=linear_solver(scene.value("solver.linear"), yarns, prescribed),
-        settings=settings_of(scene.solver, yarns.touches, stride),
+        settings=settings_of(scene.solver, yarns.touches, yarns.stride),
         motion=motion,
         driven=driven,
         stations=stations_of(yarns.parts.mesh),

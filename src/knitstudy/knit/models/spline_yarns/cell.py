@@ -60,7 +60,7 @@ def problem(
         scene=scene,
         model=model,
         prescribed=prescribed,
-        settings=settings_of(scene.solver, yarns.touches),
+        settings=settings_of(scene.solver, yarns.touches, yarns.stride),
         motion=motion,
         driven=model.lattice[None],
         stations=solids.stations_of(parts.mesh),
