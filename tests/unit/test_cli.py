@@ -356,7 +356,7 @@ def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
     checked = knitstudy("check", "fabric-acrylic-stockinette-course-free", *changes)
     assert checked.stdout.splitlines()[-1].startswith("loop: stitches as they are drawn, not optimised")
     refused = message(knitstudy("loop", "fabric-acrylic-stockinette-course-free", *changes))
-    assert "tucks, floats and moved loops are not optimised" in refused
+    assert "are not optimised; `knitstudy run` finds their shape at rest" in refused
 
 
 def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch):

@@ -27,20 +27,12 @@ OF_SIZE = ("pattern.loops", "pattern.rows", "pair.length", "mesh.size", "mesh.cr
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """A result of a scene by a stage, and all that it is made from; `Plan.step` makes it.
-
-    Attributes
-    ----------
-    needs : mapping of str to Step
-        Results that the stage takes, by the parameters of its function.
-    sources : mapping of str to Scene
-        Scenes that the scene names, by name.
-    """
+    """A result of a scene by a stage, and all that it is made from; `Plan.step` makes it."""
 
     stage: Stage
     scene: Scene
-    needs: Mapping[str, Step]
-    sources: Mapping[str, Scene]
+    needs: Mapping[str, Step]  # results that the stage takes, by the parameters of its function
+    sources: Mapping[str, Scene]  # that the scene names, by name
 
     def __str__(self) -> str:
         return f"{self.stage.name} {self.scene.name}"

@@ -211,13 +211,12 @@ def fabric_sheet(
     maker = _Maker(cell, starts, FARTHER * force, plan, store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
     loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
-    bend: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
-    pull = [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
-    press = [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
-    # Bending there and back takes longest, and begins first; what takes little time fills the gaps at the end.
-    made = iter(maker.side_by_side([bend[0], *pull, *bend[1:], *press, _Maker.tied]))
-    bent, histories = [next(made)], {load: next(made) for load in loads}
-    bent += [next(made) for _ in starts[1:]]
+    # Bending takes longest, and begins first; what takes little time fills the gaps at the end.
+    each: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
+    each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
+    each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
+    made = iter(maker.side_by_side([*each, _Maker.tied]))
+    bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
     pressed, tied = [next(made) for _ in starts], next(made)
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
@@ -301,6 +300,8 @@ class _Maker:
         strain = most if isnan(strain) else BEYOND * strain
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
         even |= {"load.strain": strain, "load.largest_force": self.force if strain == SHEAR else None}
+        if load == "shear" and strain > SHEARED:
+            even |= {"load.stops": [SHEARED]}  # no number between two increments
         if load in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain, "solver.increments": 2 * EVEN}
         return self._run(load, even)

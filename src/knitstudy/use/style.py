@@ -137,14 +137,7 @@ def tint(colour: str, share: float = 0.45) -> tuple[float, float, float]:
 
 
 def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Source], title: str) -> None:
-    """Write a figure.
-
-    Parameters
-    ----------
-    paths : iterable of Path or str
-        Where to; the suffix chooses the format, ".png" (of `style.resolution`) or ".pdf".
-    sources : mapping of str to Source
-        Results that it was drawn from: scene and digest of each are recorded, of a kept table the physics behind it.
+    """Write a figure as .png (of `resolution`) or .pdf, with scene and digest of each of the sources that it shows.
 
     Raises ConfigurationError when a suffix is not known, or KNITSTUDY_DPI is no resolution, and DataFileError when a
     folder cannot be made.

@@ -23,15 +23,6 @@ from knitstudy.knit.scene.documents import WORKFLOW
 from knitstudy.knit.scene.scene import questions
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
-from knitstudy.run.commands.console import (
-    Changes,
-    changed_scene,
-    config_option,
-    plain,
-    print_table,
-    scene_argument,
-    set_option,
-)
 from knitstudy.run.configuration import choice_of, problem_of
 from knitstudy.run.cost import machine_memory
 
@@ -40,17 +31,23 @@ SAYING = ("knitstudy.run.simulations", "knitstudy.run.store", "knitstudy.knit.lo
 
 
 @click.command()
-@scene_argument()
-@set_option
+@console.scene_argument()
+@console.set_option
 @console.output_option
 @click.option(
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
 @click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
-@config_option
+@console.config_option
 def run(
-    scene: str, changes: Changes, output: Path, threads: int | None, anew: bool, verbose: bool, config: Path
+    scene: str,
+    changes: console.Changes,
+    output: Path,
+    threads: int | None,
+    anew: bool,
+    verbose: bool,
+    config: Path,
 ) -> None:
     """Simulate a scene, and before it the direct simulations that its joints and springs come from.
 
@@ -81,7 +78,7 @@ def run(
     from knitstudy.run.simulations import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
-    chosen = changed_scene(scene, changes, config)
+    chosen = console.changed_scene(scene, changes, config)
     if before is None:
         _print_choice(scene, dict(changes), config)
     plan = console.plan_with(scene, config)
@@ -92,12 +89,12 @@ def run(
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     click.echo(f"{results.path}:", err=True)
-    print_table(("quantity", "value", "unit"), summarise(results.history))
+    console.print_table(("quantity", "value", "unit"), summarise(results.history))
     for question in questions(chosen):  # again: the first time was before all other messages
         click.echo(question, err=True)
     if before is not None and "load" in before and anew and not changes:
         others = ", ".join(differing_variables(before, results.history))
-        made = plain(str(before.attrs.get("source", "")))
+        made = console.plain(str(before.attrs.get("source", "")))
         same = f"the same as in {scene}, to the last bit, but for times"
         click.echo(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
 
@@ -110,11 +107,11 @@ def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
 
 
 @click.command()
-@scene_argument()
-@set_option
+@console.scene_argument()
+@console.set_option
 @console.output_option
-@config_option
-def measure(scene: str, changes: Changes, output: Path, config: Path) -> None:
+@console.config_option
+def measure(scene: str, changes: console.Changes, output: Path, config: Path) -> None:
     """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
 
     Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
@@ -130,7 +127,7 @@ def measure(scene: str, changes: Changes, output: Path, config: Path) -> None:
     with log_on_console(verbose=False):
         table = measured(problem, output)
     columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]
-    print_table(columns, table[columns].fillna("").itertuples(index=False))
+    console.print_table(columns, table[columns].fillna("").itertuples(index=False))
     click.echo(f"kept in {OWN}", err=True)
 
 

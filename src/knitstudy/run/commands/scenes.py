@@ -30,16 +30,7 @@ from knitstudy.run.advice import (
     without_edges,
 )
 from knitstudy.run.advice.problem import Problem
-from knitstudy.run.commands.console import (
-    Changes,
-    changed_scene,
-    config_option,
-    load_plugins_of,
-    plain,
-    print_table,
-    scene_argument,
-    set_option,
-)
+from knitstudy.run.commands import console
 from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study
 from knitstudy.run.families import STUDIES
 
@@ -49,7 +40,7 @@ from knitstudy.run.families import STUDIES
 @click.option("--family", help="Only scenes of this family, by the name of its file.")
 @click.option("--fidelity", help="Only scenes of this model.")
 @click.option("--yarns", is_flag=True, help="List the yarns that a scene may take (yarn.of) instead.")
-@config_option
+@console.config_option
 def list_scenes(
     study: str | None, family: str | None, fidelity: str | None, yarns: bool, config: Path
 ) -> None:
@@ -85,11 +76,13 @@ def list_scenes(
                 if key not in LABELS and (key not in defaults or value != defaults[key])
             }
             texts = ", ".join(
-                f"{key} of its own" if _nested(changed[key]) else f"{key}={plain(word_of(changed[key]))}"
+                f"{key} of its own"
+                if _nested(changed[key])
+                else f"{key}={console.plain(word_of(changed[key]))}"
                 for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
             )
             rows.append((name, member.family, ",".join(member.studies), texts))
-    print_table(("scene", "family", "studies", "differs from defaults"), rows)
+    console.print_table(("scene", "family", "studies", "differs from defaults"), rows)
 
 
 def _print_yarns() -> None:
@@ -103,7 +96,7 @@ def _print_yarns() -> None:
             x, high, low = scale * value.ends
             row.append(f"{x:.3g}{f' ({low:.3g} to {high:.3g})' if low < high else ''} {value.provenance}")
         rows.append((*row, yarn.name))
-    print_table(("yarn", "tex", *shown, "name"), rows)
+    console.print_table(("yarn", "tex", *shown, "name"), rows)
 
 
 def _nested(value: Any) -> bool:
@@ -112,11 +105,11 @@ def _nested(value: Any) -> bool:
 
 
 @click.command()
-@scene_argument("what", metavar="[FOLDER | FILE | SCENE]", required=False)
-@set_option
+@console.scene_argument("what", metavar="[FOLDER | FILE | SCENE]", required=False)
+@console.set_option
 @click.option("--sources", is_flag=True, help="Also print the source of every key of the scene.")
-@config_option
-def check(what: str | None, changes: Changes, sources: bool, config: Path) -> None:
+@console.config_option
+def check(what: str | None, changes: console.Changes, sources: bool, config: Path) -> None:
     """Check a configuration folder, or print every key of a scene with its unit and its provenance.
 
     The loop of a knit is laid out, and one cell of it meshed: a loop that does not fit, or that elements do not
@@ -139,7 +132,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
             raise click.UsageError("--set and --sources need the name of a scene")
         _check_folder(config if what is None else Path(what))
     else:
-        scene = changed_scene(what, changes, config)
+        scene = console.changed_scene(what, changes, config)
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
             _print_keys(scene, sources, what, changes, config)
@@ -150,7 +143,7 @@ def check(what: str | None, changes: Changes, sources: bool, config: Path) -> No
 
 
 def _check_folder(folder: Path) -> None:
-    load_plugins_of(folder)
+    console.load_plugins_of(folder)
     scenes = load_scenes(folder)
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
@@ -178,11 +171,11 @@ def _checked_loop(scene: Scene) -> str:
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
 
 
-def _print_keys(scene: Scene, sources: bool, what: str, changes: Changes, config: Path) -> None:
+def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes, config: Path) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
     defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
     with suppress(ConfigurationError):  # only the changes make it a scene
-        before = flat(changed_scene(what, (), config).to_dict()) if changes else before
+        before = flat(console.changed_scene(what, (), config).to_dict()) if changes else before
     member, changed, rows = load_families(config).get(what), dict(changes), []
     yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
@@ -195,18 +188,18 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: Changes, config
             default = f"default: {described.provenance}, {described.source}"
             described = replace(described, provenance=who, source=default)
         rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
-    print_table(("key", "value", *columns), rows)
+    console.print_table(("key", "value", *columns), rows)
 
 
 @click.command()
-@scene_argument()
+@console.scene_argument()
 @click.option("--question", help="force, curve, out_of_plane, contact, stress or loss.")
 @click.option("--accuracy", type=float, help="Largest relative error, for example 0.05.")
 @click.option("--seconds", type=float, help="Largest time [s].")
 @click.option("--memory", type=float, help="Largest growth of memory [MB].")
-@set_option
-@config_option
-def plan(scene: str, changes: Changes, config: Path, **asks: str | float | None) -> None:
+@console.set_option
+@console.config_option
+def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float | None) -> None:
     """Print the cheapest model that answers a question about a scene accurately enough, the error that is
     promised, and the price. Nothing runs.
 
@@ -262,7 +255,7 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
         (setting.name, digits(cost.seconds), cost.memory, digits(100 * setting.error))
         for setting, cost in zip(settings, costs, strict=True)
     ]
-    print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
+    console.print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
 def _print_plan(choice: Choice) -> None:
@@ -281,5 +274,5 @@ def _print_plan(choice: Choice) -> None:
     columns = ["model", "error at most [%]", "seconds", "at most", "MB"]
     if beside:
         columns.append(f"of the {BESIDE[ask.question]} [%]")
-    print_table((*columns, ""), rows)
-    click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in setting.keys.items()))
+    console.print_table((*columns, ""), rows)
+    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, value in setting.keys.items()))

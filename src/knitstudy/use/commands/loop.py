@@ -15,14 +15,6 @@ from knitstudy.knit.scene.knitout import read_repeat
 from knitstudy.knit.scene.scene import questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
-from knitstudy.run.commands.console import (
-    changed_scene,
-    config_option,
-    plain,
-    print_table,
-    scene_argument,
-    set_option,
-)
 from knitstudy.run.configuration import scenes_at_need
 
 KEYS = {
@@ -46,14 +38,14 @@ def _key_options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 @click.command()
-@scene_argument(required=False)
+@console.scene_argument(required=False)
 @_key_options
 @click.option("--points", type=console.FILE, help="CSV file of control points.")
 @click.option(
     "-o", "--output", type=console.FILE, default="loop.png", show_default=True, help="Picture of the loop."
 )
-@set_option
-@config_option
+@console.set_option
+@console.config_option
 def loop(
     scene: str | None,
     points: Path | None,
@@ -93,7 +85,7 @@ def loop(
     if scene is None:  # the first one with loops
         scenes, _ = scenes_at_need(config)
         scene = next(name for name, candidate in scenes.items() if isinstance(candidate, Looped))
-    chosen = changed_scene(scene, (*keys.items(), *changes), config)
+    chosen = console.changed_scene(scene, (*keys.items(), *changes), config)
     if not isinstance(chosen, Looped):
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
@@ -108,11 +100,13 @@ def loop(
         )
     hidden = ("kind", "loops", "rows", "crossings")
     quantities = [row for row in summarise(geometry) if row.name not in hidden]
-    print_table(("quantity", "value", "unit"), of_yarn(quantities + drawn(geometry, chosen.tex), chosen))
+    console.print_table(
+        ("quantity", "value", "unit"), of_yarn(quantities + drawn(geometry, chosen.tex), chosen)
+    )
     save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
     click.echo(f"{output}: the loop from the front and from the side")
     if keys:
-        click.echo(" ".join(f"--set {key}={plain(value)}" for key, value in keys.items()))
+        click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, value in keys.items()))
 
 
 def _ends(context: click.Context, option: click.Parameter, text: str | None) -> tuple[int, int] | None:
@@ -146,7 +140,7 @@ def stitches(file: Path, rows: tuple[int, int] | None, needles: tuple[int, int] 
     table.append(("needles", "{} to {}".format(*repeat.needles), ""))
     if repeat.wale_spacing:
         table.append(("spacing of the needles in use", repeat.wale_spacing, "m"))
-    print_table(("quantity", "value", "unit"), table)
+    console.print_table(("quantity", "value", "unit"), table)
     click.echo("")
     click.echo(f"pattern.knitout: {file}")
     for key, part in zip(KNITOUT_PART, (rows, needles), strict=True):

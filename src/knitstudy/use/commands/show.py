@@ -16,14 +16,6 @@ from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed
 from knitstudy.run.commands import console
-from knitstudy.run.commands.console import (
-    changed_scene,
-    config_option,
-    plain,
-    print_table,
-    scene_argument,
-    set_option,
-)
 from knitstudy.run.configuration import default_keys
 
 if TYPE_CHECKING:
@@ -82,7 +74,7 @@ def _naming(file: Path) -> Iterator[None]:
     show_default=True,
     help="Colour of these: u_z, slip or force; of solids with outputs [fields] stress or pressure.",
 )
-@config_option
+@console.config_option
 def show(
     file: Path,
     other: Path | None,
@@ -114,7 +106,7 @@ def show(
                 "--plot draws netCDF files; a table (.csv) is printed, without other options"
             )
         table = read_table(file)
-        print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
+        console.print_table([str(column) for column in table.columns], table.astype(object).values.tolist())
         return
     for path in filter(None, (file, other)):
         if path.suffix != ".nc":
@@ -130,7 +122,7 @@ def show(
     elif keys:
         _print_keys(dataset, file, config)
     else:
-        print_table(("quantity", "value", "unit"), _quantities(dataset, file))
+        console.print_table(("quantity", "value", "unit"), _quantities(dataset, file))
     if plot is not None:
         click.echo(f"drawing {plot} ...", err=True)
         both = [dataset, *([read_dataset(other)] if other is not None else [])]
@@ -222,7 +214,7 @@ def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
         bare = key.rpartition(": ")[2]
         default = defaults.get(bare, "-")
         rows.append((key, value, "" if value == default else default, unit_of(bare)))
-    print_table(("key", "value", "default", "unit"), sorted(rows, key=lambda row: row[2] == ""))
+    console.print_table(("key", "value", "default", "unit"), sorted(rows, key=lambda row: row[2] == ""))
 
 
 def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other: Path) -> None:
@@ -232,27 +224,27 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
     try:
         keys = _keys(first, file), _keys(second, other)
         shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in key for key in keys)]
-        print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
+        console.print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
         click.echo()
     except DataFileError as error:  # the numbers of an old file can be compared all the same
-        click.echo(plain(str(error)), err=True)
+        click.echo(console.plain(str(error)), err=True)
     quantities = _quantities(first, file), _quantities(second, other)
     with _naming(other):
         rows = list(side_by_side(*quantities))
-    print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
+    console.print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
 
 @click.command()
-@scene_argument()
+@console.scene_argument()
 @click.option("--dialect", type=click.Choice(DIALECTS), required=True, help="The other program.")
-@set_option
+@console.set_option
 @click.option(
     "-o",
     "--output",
     type=console.FILE,
     help="By default SCENE.DIALECT.inp; of a history, its name with .pvd.",
 )
-@config_option
+@console.config_option
 def export(scene: str, dialect: str, changes: console.Changes, output: Path | None, config: Path) -> None:
     """Write a scene as an input deck (.inp) in m, N and Pa: hexahedra, or a cell of solid yarns in contact; or the
     history in a result file: of any model for ParaView (.pvd), of a tied cell as a shell for Abaqus (.inp).
@@ -279,7 +271,7 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
         stage.function(chosen, path, **{name: known[name] for name in stage.needs})
         click.echo(f"{path}: written from {scene}; m, N, Pa")
         return
-    chosen = changed_scene(scene, changes, config)
+    chosen = console.changed_scene(scene, changes, config)
     if not stage.of(chosen):
         raise ConfigurationError(
             f"scene {chosen.name!r}: a deck is of hexahedra (specimens knit, cut_knit and pair), or of a cell with "
