@@ -12,7 +12,7 @@ from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.fabric import Grip, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
-from knitstudy.knit.geometry.lay_out import initial_loop
+from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.readers import centreline, read_fabric
 from knitstudy.knit.geometry.specimens import cut_cells, endless_cell, middles_of_legs, plain_knit, yarn_pair
@@ -22,6 +22,7 @@ from knitstudy.knit.mesh.mesher import sampled_sections
 from knitstudy.knit.models.beam import build as beams_in_contact
 from knitstudy.knit.models.spline_yarns import build as spline_yarns
 from knitstudy.knit.simulate import build
+from knitstudy.run.configuration import load_scene
 
 RADIUS = 0.9e-3
 
@@ -155,6 +156,16 @@ def test_models_take_any_fabric(plain_scene):
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
     touching = solve_load_path(beams_in_contact.build(beams, fabric))
     assert float(solids["force"][-1]) == pytest.approx(float(touching["force"][-1]), rel=0.1)
+
+
+def test_corrections_of_a_cell_end_where_contact_is_searched():
+    """A correction that shuts a free cell brings all points of all yarns into contact, which takes hours."""
+    cell = load_scene("cell-course").vary({"interaction": "isotropic"})
+    problem = build(cell, fabric_of(lay_out(cell)))
+    model, step = problem.model, np.zeros(problem.model.size)
+    assert problem.settings.stride == model.model.contact.margin
+    step[model.lattice[0]] = width = 1e-3  # images move with the cell
+    assert 0.5 * width < model.motion_of_neighbours(model.start(), step) < 1.01 * width
 
 
 def garter():
