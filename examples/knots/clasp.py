@@ -45,7 +45,7 @@ def main(meshes=(0.35, 0.25), picture=None):
                 f"kR {bend:g}, pushed {way:g} R",
                 known[number],
                 np.array(bracket)[:, number],
-                0.08,
+                0.10,
             )
         load = path[-1].state.contact_history.on_stations[rods.numbers[1]]
         s = np.arange(len(load)) - 0.5 * (len(load) - 1)

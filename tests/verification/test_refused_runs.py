@@ -59,7 +59,7 @@ def test_local_indentation_is_not_taken_beyond_its_law(monkeypatch):
             "fidelity": "spline_yarns",
             "pair.support": "ends",
             "load.path": [[0, 0, -2e-3]],
-            "solver.increments": 4,
+            "solver.increments": 8,
         }
     )
     specimen = fabric_of(lay_out(scene))

@@ -70,7 +70,7 @@ BACK = 0.02  # of the largest strain, where a cycle ends
 MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
 STARTS = ("rest_with_friction", "rest")
-VERIFIED, ERROR = 0.3, 0.08  # gates.point up to which forces have at most this error (docs/notes/beams.md)
+VERIFIED, ERROR = 0.3, 0.11  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
 # A load that turns: of bending as well
 THERE_AND_BACK: dict[str, Any] = {"load.strain": 0.05, "load.turns": [0.1]}
