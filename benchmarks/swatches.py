@@ -31,7 +31,7 @@ from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.geometry.stitch_mesh import BEHIND, Drawing, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
-from knitstudy.knit.models.beam.cell import relax
+from knitstudy.knit.models.beam.rest import relax
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import physics_digest

@@ -124,7 +124,7 @@ def test_straight_yarns_at_an_angle_are_helices(slope, angle, verify):
     flat = EndlessBeams(inner, owner, image, lattice, *contact(yarn, s, period))
     patch = Patch.around(yarn, s, period, nodes[:-1], lattice.vectors, 2.2 * radius)
     model = BentBeams(flat, flat.start(), *contact(patch.yarn, patch.arc_length), patch, along=0)
-    model._drag *= 1e-6  # holds loose yarns within increments: none are here
+    model.drag *= 1e-6  # holds loose yarns within increments: none are here
     held = np.append(np.arange(6), model.size - np.array([3, 2, 1]))  # the first node, s, s' and phi
     path = PrescribedDisplacement(held, np.append(np.zeros(8), angle))
     *_, last = trace(model, path, Settings(increments=4), LU())
@@ -229,7 +229,7 @@ def compliance(soft, count, friction):
     T = sp.hstack(
         [sp.identity(model.size, format="csc")[:, own], np.vstack([motion.reshape(-1, 3), np.zeros((3, 3))])]
     )
-    K = sp.lil_matrix(T.T @ (response.stiffness - sp.diags(model._drag)) @ T)
+    K = sp.lil_matrix(T.T @ (response.stiffness - sp.diags(model.drag)) @ T)
     # The grip turns the forces on it.
     force = response.force[:-3].reshape(-1, 6)[grip, :3]
     K[-1, -1] += np.vdot(force, np.cross(turn, np.cross(turn, arm)))

@@ -10,7 +10,7 @@ from scipy.special import gamma
 from test_line_contact import D, disturbed, two_rows
 
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.models.beam.cell import relax
+from knitstudy.knit.models.beam.rest import relax
 from knitstudy.mechanics.beams.beam import BeamSection, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints

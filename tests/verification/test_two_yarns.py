@@ -13,7 +13,8 @@ from test_line_contact import FAR_AWAY, NU, D, forces, path, walk
 from knitstudy.knit.geometry.fabric import of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.models.beam.cell import OfYarns, relax
+from knitstudy.knit.models.beam.cell import OfYarns
+from knitstudy.knit.models.beam.rest import relax
 from knitstudy.knit.simulate import simulate
 from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory

@@ -138,7 +138,7 @@ class BentBeams(EndlessBeams):
         self.turn = np.cross(UP, self.across)
         self.size += 1
         self.scale = np.append(self.scale, u)
-        self._drag = np.append(self._drag, 0.0)
+        self.drag = np.append(self.drag, 0.0)
         self._nodes = patch.find(flat.owner, flat.image)
         self._begins = EndlessState(state.beams, np.zeros(4), LineHistory.none(), np.zeros(self.size))
         if contact.mu:
@@ -220,11 +220,11 @@ class BentBeams(EndlessBeams):
         T, turned = self._follow(state, force[:-3] if stiffness else None)
         if stiffness:
             own = T[rows].T @ sp.csr_matrix(inner.stiffness) @ T[rows]
-            tangent = sp.csr_matrix(own + T.T @ tangent @ T + turned + sp.diags(self._drag))
+            tangent = sp.csr_matrix(own + T.T @ tangent @ T + turned + sp.diags(self.drag))
             tangent.sort_indices()
         return replace(
             inner,
-            force=T.T @ force + self._drag * state.moved,
+            force=T.T @ force + self.drag * state.moved,
             energy=summed(
                 inner.energy | energy | {"stabilisation": self._dragged(state)},
                 {form: -stored for form, stored in self._stored.items()},

@@ -314,15 +314,16 @@ class EndlessBeams(Memoryless):
             start.position[: self.nodes], start.rotation[: self.nodes], released=0.0 if ramps else 1.0
         )
         self._begins = EndlessState(drawn, np.zeros(3), LineHistory.none(), np.zeros(self.size))
-        self._drag = np.append(np.tile([1 / self.nodes] * 3 + [0] * 3, self.nodes), np.ones(3))
+        # (size,), stiffness of the drag against the unknowns
+        self.drag = np.append(np.tile([1 / self.nodes] * 3 + [0] * 3, self.nodes), np.ones(3))
         bending = np.trace(inner.elements.law[:, 3:, 3:], axis1=1, axis2=2).mean() / 3
         period = inner.elements.length.sum() / (len(owner) - self.nodes)
-        self._drag *= DRAG * bending / period**3
+        self.drag *= DRAG * bending / period**3
         if np.any(straight):  # by their own length; they turn about themselves for nothing as well
             free = np.flatnonzero(straight)
             own, step = np.asarray(straight)[free, None], inner.elements.length[free, None]
             each = np.repeat(np.hstack([own**-4, own**-2]), 3, axis=1)
-            self._drag[:-3].reshape(-1, 6)[free] = DRAG * bending * step * each
+            self.drag[:-3].reshape(-1, 6)[free] = DRAG * bending * step * each
         self._stored: dict[str, float] = {}  # energies there
         own = sp.csr_matrix((np.ones(len(owner)), (np.arange(len(owner)), owner)))
         shift = np.zeros((len(owner), 6, 3))
@@ -355,11 +356,6 @@ class EndlessBeams(Memoryless):
             state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
         return state
 
-    @property
-    def drag_of_lattice(self) -> float:
-        """Stiffness of the drag against the lattice [N/m]."""
-        return float(self._drag[-1])
-
     def diameter(self, state: EndlessState) -> float:
         """Return the diameter to which the yarns have grown [m]."""
         return self.contact.repulsion.diameter - (1 - state.beams.released) * self.thinner
@@ -389,7 +385,7 @@ class EndlessBeams(Memoryless):
 
     def _dragged(self, state: EndlessState) -> float:
         """Return the work of the drag so far [J]."""
-        return state.dragged + 0.5 * float(self._drag @ state.moved**2)
+        return state.dragged + 0.5 * float(self.drag @ state.moved**2)
 
     def respond(self, state: EndlessState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
@@ -400,11 +396,11 @@ class EndlessBeams(Memoryless):
         )
         if stiffness:
             own = self._collect @ sp.csr_matrix(inner.stiffness) @ self.spread
-            tangent = sp.csr_matrix(own + tangent + sp.diags(self._drag))
+            tangent = sp.csr_matrix(own + tangent + sp.diags(self.drag))
             tangent.sort_indices()
         return replace(
             inner,
-            force=self._collect @ inner.force + self._points_follow.forces(force) + self._drag * state.moved,
+            force=self._collect @ inner.force + self._points_follow.forces(force) + self.drag * state.moved,
             energy=summed(
                 inner.energy | energy | {"stabilisation": self._dragged(state)},
                 {form: -stored for form, stored in self._stored.items()},

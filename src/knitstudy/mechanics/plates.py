@@ -73,6 +73,7 @@ class PressedBeams(Memoryless):
         """`force` closes the plates [N]; on a way to rest it grows with the diameter of the yarns."""
         self.cell, self.force, self.length = cell, force, cell.length
         self.size, self.scale = cell.size + 1, np.append(cell.scale, 1.0)
+        self.drag = np.append(cell.drag, cell.drag[-1])
         start, line, period = cell.start(), cell.contact, cell.contact.search.period
         assert period is not None, "the yarns of a cell repeat themselves"
         height = cell.at_points(start).position[:, 2]
@@ -111,7 +112,7 @@ class PressedBeams(Memoryless):
 
     def respond(self, state: PressedState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        answer, drag = self.cell.respond(state.cell, stiffness), self.cell.drag_of_lattice
+        answer, drag = self.cell.respond(state.cell, stiffness), self.drag[-1]
         points = self.cell.at_points(state.cell)
         position, rotation = np.tile(points.position, (3, 1, 1)), np.tile(points.rotation, (3, 1, 1))
         position[1:] *= [1.0, 1.0, -1.0]

@@ -7,11 +7,41 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.motion_bound import affine_gradient, smallest_stretch
 
 FAR = 1 << 6  # images are at most half as many periods away
+
+
+# A pair of n points is known by one number. It is named from the point that sees the other one, or the other one's
+# image, ahead: in a later row, further along courses, or by a higher number.
+
+
+def named_from_first(i: Ints, j: Ints, image: Ints) -> Bools:
+    """Return whether pairs of points i (k,) and of images (k, 2) of points j (k,) are named from i."""
+    along, across = image.T
+    return (across > 0) | ((across == 0) & ((along > 0) | ((along == 0) & (i < j))))
+
+
+def pair_keys(i: Ints, j: Ints, image: Ints, n: int) -> Ints:
+    """Return the numbers (k,) of pairs.
+
+    Examples
+    --------
+    >>> key = pair_keys(np.array([3]), np.array([1]), np.array([[-1, 2]]), n=10)
+    >>> [part.tolist() for part in pairs_of(key, n=10)]
+    [[3], [1], [[-1, 2]]]
+    """
+    along, across = image.T
+    return ((i * n + j) * FAR + along + FAR // 2) * FAR + across
+
+
+def pairs_of(key: Ints, n: int) -> tuple[Ints, Ints, Ints]:
+    """Return the points (k,) and (k,) of pairs and the image (k, 2) of the second, from their numbers (k,)."""
+    rest, across = np.divmod(key, FAR)
+    both, along = np.divmod(rest, FAR)
+    return *np.divmod(both, n), np.column_stack([along - FAR // 2, across])
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,7 +123,7 @@ class PairSearch:
             most = np.ceil(most).astype(int).clip(max=FAR // 2 - 1)
         a, b = np.meshgrid(np.arange(-most[0], most[0] + 1), np.arange(most[1] + 1), indexing="ij")
         image = np.stack([a.ravel(), b.ravel()], axis=1)
-        # The others are these seen from the other point.
+        # The others are these seen from the other point: see `named_from_first`.
         image = image[(image[:, 1] > 0) | (image[:, 0] > 0)]
         tree = cKDTree(position)
         i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
@@ -112,7 +142,7 @@ class PairSearch:
         )
         if self.joined is not None:
             chosen &= (self.joined[i] < 0) | (self.joined[i] != self.joined[j])
-        key = ((i * n + j) * FAR + a + FAR // 2) * FAR + b
+        key = pair_keys(i, j, of_image, n)
         order = np.flatnonzero(chosen)[np.argsort(key[chosen])]
         i, j, of_image = i[order], j[order], of_image[order]
         return PointPairs(i, j, of_image, position[j] + of_image @ vectors - position[i], key[order])

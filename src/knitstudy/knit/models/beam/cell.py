@@ -14,17 +14,15 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.knit.geometry.columns import REST
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
-from knitstudy.knit.loading.history import Recorder, Stations, cell_path
+from knitstudy.knit.loading.history import Recorder, cell_path
 from knitstudy.knit.loading.overlap import Repeats
-from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
-from knitstudy.knit.yarns.network import RING, section_of
+from knitstudy.knit.models.beam.rows import Rows, cell_rows
+from knitstudy.knit.yarns.network import section_of
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory, SectionLaw
 from knitstudy.mechanics.beams.beam_model import BeamModel
@@ -33,7 +31,6 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
 from knitstudy.mechanics.plates import PressedBeams
-from knitstudy.mechanics.rotation import turns
 
 HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 BETWEEN_PLATES = HELD[:2]  # that along z is free between plates
@@ -41,58 +38,16 @@ BETWEEN_PLATES = HELD[:2]  # that along z is free between plates
 # Variables of a shape at rest that do not follow from it: fields of `LineHistory`
 KEPT = {"touching": "key", "touching_friction": "traction", "touching_stored": "stored"}
 
-NEARER = (
-    "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
-    "usually help"
+# Attributes of a shape at rest that its histories have as well; see `rest`
+STABILITY = (
+    "lowest_stiffness",
+    "saddles",
+    "saddle_stiffness",
+    "change_from_saddle",
+    "lowest_wave_stiffness",
+    "lowest_wave",
 )
 STRAIGHT = 1e-6  # of curvatures summed over nodes, times the length: of rounding
-RELAXATION = 20  # increments of the way to rest, where none of them fails
-WASTE = 4000  # iterations without headway on the way to rest: loops of lace snap into place one by one
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """The yarns of one period, divided into beams."""
-
-    stations: Stations  # the n nodes of the period
-    period: Floats  # (Y,) lengths of the yarns [m]
-    nodes: Floats  # (N, 3) the same nodes, and the images of the first of every yarn [m]
-    owner: Ints  # (N,) the node that every one is or is an image of
-    image: Ints  # (N, 2) how many periods away
-    ends: Ints  # (n, 2) nodes at the ends of the beams
-    curvature: Floats  # (n, 3) mean curvature vectors of the beams as drawn [1/m]
-    polygon: float  # by how much straight beams in bent yarns are too stiff
-
-
-def divided(fabric: Fabric, size: float) -> Rows:
-    """Return the rows of an endless fabric in beams that are `size` long, nearly [m]."""
-    lines = fabric.centrelines[:-1]
-    period = np.array([line.length for line in lines])
-    count = np.maximum(np.rint(period / size), 8).astype(int)
-    yarn, first = np.repeat(np.arange(len(lines)), count), np.cumsum(count) - count
-    s = np.concatenate([np.arange(n) * length / n for n, length in zip(count, period, strict=True)])
-    step = (period / count)[yarn]
-    position = np.concatenate([line.position(s[yarn == k]) for k, line in enumerate(lines)])
-    tangent = np.concatenate([line.tangent(s[yarn == k]) for k, line in enumerate(lines)])
-    n = len(s)
-    follower = np.arange(1, n + 1)
-    last = first + count - 1
-    follower[last] = first
-    turn = turns(tangent, tangent[follower])
-    follower[last] = n + np.arange(len(lines))
-    owner = np.append(np.arange(n), first)
-    image = np.zeros((len(owner), 2), dtype=int)
-    image[n:, 0] = 1
-    return Rows(
-        stations=Stations(yarn, s, position),
-        period=period,
-        nodes=position[owner] + image @ fabric.periods,
-        owner=owner,
-        image=image,
-        ends=np.column_stack([np.arange(n), follower]),
-        curvature=turn / step[:, None],
-        polygon=RING * float(step @ (turn**2).sum(axis=1) / step.sum()),
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,16 +119,16 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
         raise ConfigurationError(
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
-    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
+    rows, contact = cell_rows(scene, fabric), contact_of(scene)
     require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
-    model = _model(rows, Lattice(vectors), contact, scene.mesh.section_law)
+    model = endless_beams(rows, Lattice(vectors), contact, scene.mesh.section_law)
     if rest is None:  # drawn yarns may touch
         held, what = np.append(HELD, model.lattice_unknowns), f"the drawn cell of scene {scene.name}"
-        model = model.starting_at(_balanced(what, model, held, replace(settings, increments=1)).state)
+        model = model.starting_at(balanced(what, model, held, replace(settings, increments=1)).state)
     else:
-        model = model.starting_at(_state(rest, model))
+        model = model.starting_at(state_at_rest(rest, model))
     pressed = PressedBeams(model) if scene.load.deformation == "press" else None
     lengths, held, whole = model.lattice.lengths, HELD, pressed or model
     if pressed is not None:
@@ -199,86 +154,40 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
             "elements": len(rows.ends),
             "deformation": scene.load.deformation,
             "start": scene.load.start,
-            **_size(vectors),
+            **size_of_cell(vectors),
+            **({} if rest is None else {name: rest.attrs[name] for name in STABILITY if name in rest.attrs}),
             **contact.attributes(model.contact.repulsion.onset),
         },
     )
 
 
-def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates: float = 0.0) -> xr.Dataset:
-    """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
-
-    A `run` reports its progress, and has no restart file. Two `plates` press the cell with a force [N], 0 for none.
-
-    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
-    diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
-    may have several. `load.start` says whether friction goes in the end.
-    Raises ConvergenceError if there is no way to rest; other errors as of `build`.
-    """
-    fabric = fabric_of(geometry)
-    rows, contact = divided(fabric, scene.mesh.beam_size * scene.yarn.radius), contact_of(scene)
-    lattice, of = Lattice(fabric.periods), f"of scene {scene.name}"
-    law = scene.mesh.section_law
-    model = _model(rows, lattice, contact, law, drawn_for=2 * fabric.radius)
-    settings = Settings(
-        RELAXATION,
-        scene.solver.residual_tolerance,
-        scene.solver.correction_tolerance,
-        predictor=0,  # yarns that did not touch have come far in an increment for nothing
-        stride=STRIDE * scene.yarn.diameter,
-        waste=WASTE,
-        remedy=NEARER,
-    )
-    loosened = contact.friction and scene.load.start == "rest"
-    ways = 2 if loosened else 1
-
-    def found(what: str, model: EndlessBeams, done: int) -> Increment:
-        whole, held = (PressedBeams(model, plates), BETWEEN_PLATES) if plates else (model, HELD)
-        last = _balanced(what, whole, held, settings, lambda load: run.progress((done + load) / ways, ""))
-        return replace(last, state=last.state.cell) if plates else last
-
-    last = found(f"the way to rest {of}", model, 0)
-    if loosened:
-        free = _model(rows, lattice, replace(contact, friction=0.0), law)
-        free = free.starting_at(replace(last.state, contact=LineHistory.none()))
-        last = found(f"the rest without friction {of}", free, 1)
-    state = last.state
-    vectors, kept = model.vectors(state), state.contact
-    values = {
-        "centreline": state.beams.position,
-        "rotation": state.beams.rotation,
-        "lattice_vectors": vectors,
-    } | {name: getattr(kept, field) for name, field in KEPT.items()}
-    drawn = model.lattice.lengths
-    return xr.Dataset(REST.variables(values)).assign_attrs(
-        **_size(vectors),
-        strain_from_drawn=(state.lattice / drawn).tolist(),
-        increments=last.index,
-    )
-
-
-def _balanced(
+def balanced(
     what: str,
     model: EndlessBeams | PressedBeams,
     held: Ints,
     settings: Settings,
     report: Callable[[float], None] = lambda load: None,  # called with every load factor
+    begin: Increment | None = None,
 ) -> Increment:
-    """Return the last increment of a cell that finds its balance, with unknowns that are held."""
+    """Return the last increment of a cell that finds its balance, with unknowns that are held.
+
+    Raises ConvergenceError if it finds none.
+    """
+    path = PrescribedDisplacement(held, np.zeros(len(held)))
     try:
-        for last in trace(model, PrescribedDisplacement(held, np.zeros(len(held))), settings, LU()):
+        for last in trace(model, path, settings, LU(), resume=begin):
             report(last.load)
     except ConvergenceError as error:
         raise ConvergenceError(f"{what} finds no balance: {error}") from None
     return last
 
 
-def _size(vectors: Floats) -> dict[str, float]:
+def size_of_cell(vectors: Floats) -> dict[str, float]:
     """Return the width and the height of a cell with lattice vectors (2, 3) as attributes of its history [m]."""
     return {"cell_width": float(np.linalg.norm(vectors[0])), "cell_height": float(np.linalg.norm(vectors[1]))}
 
 
-def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
+def state_at_rest(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
     """Return the state of a model that a shape at rest describes."""
     beams = BeamState(rest["centreline"].to_numpy(), rest["rotation"].to_numpy())
     state = EndlessState(beams, np.zeros(3), LineHistory.none(), np.zeros(model.size))
@@ -287,7 +196,7 @@ def _state(rest: xr.Dataset, model: EndlessBeams) -> EndlessState:
     return replace(state, contact=history)
 
 
-def _model(
+def endless_beams(
     rows: Rows,
     lattice: Lattice,
     contact: YarnContact,

@@ -1,0 +1,256 @@
+"""The shape at rest of a cell of beams: no force acts on its edges, and no small motion takes it anywhere else.
+
+A balance may be a saddle: an upright domino is in balance, and falls. So every balance is asked for its lowest mode
+(`mechanics.stability`), is pushed along it where it gives way, and flows to the next one, until one is stable.
+
+A fabric has one shape, however many of its repeats a cell has: that of one repeat is found, and a cell of several is
+made of copies of it. They stay as they are if one repeat is stable against waves over several repeats. If it is not,
+the cell of several leaves its saddle as well; one that is too short for the wave hides it, and says so.
+"""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+import xarray as xr
+
+from knitstudy.errors import ConvergenceError
+from knitstudy.knit.geometry.columns import REST
+from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run
+from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.models.beam.cell import BETWEEN_PLATES, HELD, KEPT, balanced, endless_beams, size_of_cell
+from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of
+from knitstudy.knit.models.beam.rows import Rows, divided, repeats_of
+from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.beams.beam import BeamState, LineHistory
+from knitstudy.mechanics.increment import Increment, Settings
+from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
+from knitstudy.mechanics.plates import PressedBeams
+from knitstudy.mechanics.stability import Mode, Wave, Waves, lowest_mode
+from knitstudy.mechanics.tiling import Tiling
+
+log = logging.getLogger(__name__)
+
+NEARER = (
+    "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
+    "usually help"
+)
+INCREMENTS = 20  # of the way to rest, where none of them fails
+WASTE = 4000  # iterations without headway on the way to rest: loops of lace snap into place one by one
+PUSH = 0.06  # over the diameter, along a mode that gives way: more than rounding, less than a stride
+MOST_SADDLES = 20  # on one way to rest
+FLOWS = (
+    -1
+)  # failed iterations from which on a viscous flow leads on: Newton's method alone would go back to a saddle
+
+
+def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates: float = 0.0) -> xr.Dataset:
+    """Return the shape in which no force acts on the edges of the cell, and the friction that holds it there.
+
+    A `run` reports its progress, and has no restart file. Two `plates` press the cell with a force [N], 0 for none.
+
+    From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
+    diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
+    has several. `load.start` says whether friction goes in the end.
+    Raises ConvergenceError if there is no way to rest, or it leads from saddle to saddle; other errors as of `build`.
+    """
+    fabric, repeats = fabric_of(geometry), repeats_of(scene)
+    rows = divided(fabric, scene.mesh.beam_size * scene.yarn.radius, repeats)
+    contact, law, of_scene = contact_of(scene), scene.mesh.section_law, f"of scene {scene.name}"
+    cell = _Cell.of(rows, contact, law, drawn_for=2 * fabric.radius)
+    way = _Way(scene, plates / float(repeats.prod()), run.progress)
+    loosened = contact.friction > 0 and scene.load.start == "rest"
+    last = way.balance(cell.model, f"the way to rest {of_scene}", share=0.5 if loosened else 1.0)
+    if loosened:
+        stopped = last.state.cell if plates else last.state
+        cell = _Cell.of(rows, replace(contact, friction=0.0), law)
+        cell = cell.starting_at(replace(stopped, contact=LineHistory.none()))
+        last = way.balance(cell.model, f"the rest without friction {of_scene}", done=0.5, share=0.5)
+    increments = last.index
+    state = way.stable(cell.model, last)
+    stitches = np.array([scene.pattern.loops, scene.pattern.rows])
+    wave = None if plates else cell.lowest_wave(state).of_stitches(stitches // repeats)
+    if repeats.prod() > 1:
+        cell, state = cell.tiled(state, repeats)
+        if wave is not None and wave.unstable:
+            state = way.stable(cell.model, standing(cell.model, state))
+            wave = cell.lowest_wave(state).of_stitches(stitches)
+    if wave is not None and wave.unstable:
+        log.warning("scene %r: %s", scene.name, hidden(scene, wave.length))
+    model, vectors = cell.model, cell.model.vectors(state)
+    values = {
+        "centreline": state.beams.position,
+        "rotation": state.beams.rotation,
+        "lattice_vectors": vectors,
+    } | {variable: getattr(state.contact, name) for variable, name in KEPT.items()}
+    return xr.Dataset(REST.variables(values)).assign_attrs(
+        **size_of_cell(vectors),
+        **way.stability(wave),
+        strain_from_drawn=(state.lattice / model.lattice.lengths).tolist(),
+        increments=increments,
+    )
+
+
+def hidden(scene: CellOfBeams, length: Ints) -> str:
+    """Say that a cell hides an instability in waves of a length (2,) in loops and rows."""
+    loops, rows = length
+    return (
+        f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which a cell of "
+        f"{scene.pattern.loops} x {scene.pattern.rows} hides: set pattern.loops {loops} and pattern.rows {rows} for "
+        "the shape that the fabric takes then"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Cell:
+    """A cell of rows, and its model."""
+
+    rows: Rows
+    contact: YarnContact
+    section_law: str
+    model: EndlessBeams
+
+    @classmethod
+    def of(cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None) -> _Cell:
+        model = endless_beams(rows, Lattice(rows.vectors), contact, section_law, drawn_for)
+        return cls(rows, contact, section_law, model)
+
+    def starting_at(self, state: EndlessState) -> _Cell:
+        """Return the cell with another state in which its load begins."""
+        return replace(self, model=self.model.starting_at(state))
+
+    def tiled(self, state: EndlessState, counts: Ints) -> tuple[_Cell, EndlessState]:
+        """Return the cell of so many cells (2,) along courses and wales, and its state of copies of one."""
+        tiling = Tiling.of(self.rows.stations.yarn, counts)
+        larger = _Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
+        model = larger.model
+        tiled = EndlessState(
+            beams=BeamState(
+                tiling.positions(state.beams.position, self.model.vectors(state)),
+                state.beams.rotation[tiling.place],
+            ),
+            lattice=state.lattice / self.model.lattice.lengths * model.lattice.lengths,
+            contact=LineHistory.none(),
+            moved=np.zeros(model.size),
+        )
+        if self.contact.friction:
+            kept = state.contact
+            rubbing = Tiling.of(self.model.points.yarn, counts).friction(kept.key, kept.traction, kept.stored)
+            at_points, vectors = model.at_points(tiled), model.vectors(tiled)
+            tiled = replace(tiled, contact=model.contact.restored_history(at_points, vectors, *rubbing))
+        return larger.starting_at(tiled), tiled
+
+    def lowest_wave(self, state: EndlessState) -> Wave:
+        """Return the wave over several cells against which a state is stiff the least."""
+        reach = self._farthest(state)
+        larger, tiled = self.tiled(state, 2 * reach + 1)
+        tiling = Tiling.of(self.rows.stations.yarn, 2 * reach + 1)
+        scale = self.model.scale[: 6 * self.model.nodes]
+        return Waves(tangent(larger.model, tiled), scale, tiling).lowest()
+
+    def _farthest(self, state: EndlessState) -> Ints:
+        """Return how many cells away (2,), along courses and wales, yarns may act on each other."""
+        model = self.model
+        pairs = model.contact.pairs(model.at_points(state).position, model.vectors(state), near=True)
+        # A point of contact follows stations beside it, and its yarn's direction there, over the next edge as well.
+        return np.abs(pairs.image).max(axis=0, initial=1) + np.array([1, 0])
+
+
+def tangent(model: EndlessBeams | PressedBeams, state: Any) -> sp.spmatrix:
+    """Return the tangent (size, size) in a state, without the drag that holds what is loose within an increment."""
+    return model.respond(state, stiffness=True).stiffness - sp.diags(model.drag)
+
+
+@dataclass
+class _Way:
+    """The way of a cell to rest, and the balances on it that were asked for their lowest mode."""
+
+    scene: CellOfBeams
+    plates: float  # force with which they press one repeat, 0 without plates [N]
+    progress: ReportProgress
+    modes: list[Mode] = field(default_factory=list)  # of every balance; only the last one's is stable
+    sizes: list[Floats] = field(default_factory=list)  # width and height over the drawn ones, thickness [m]
+
+    @property
+    def held(self) -> Ints:
+        """Unknowns (k,) that hold the whole in its place."""
+        return BETWEEN_PLATES if self.plates else HELD
+
+    @property
+    def settings(self) -> Settings:
+        """Accuracy and limits."""
+        return Settings(
+            INCREMENTS,
+            self.scene.solver.residual_tolerance,
+            self.scene.solver.correction_tolerance,
+            predictor=0,  # yarns that did not touch have come far in an increment for nothing
+            stride=STRIDE * self.scene.yarn.diameter,
+            waste=WASTE,
+            remedy=NEARER,
+        )
+
+    def balance(self, model: EndlessBeams, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
+        """Return the increment at which the way ends, for the progress a share of all after what is done."""
+
+        def report(load: float) -> None:
+            self.progress(done + share * load, "")
+
+        return balanced(what, self._pressed(model), self.held, self.settings, report)
+
+    def stable(self, model: EndlessBeams, last: Increment) -> EndlessState:
+        """Return the first stable state from a balance on.
+
+        Raises ConvergenceError if there is none.
+        """
+        whole = self._pressed(model)
+        free = np.ones(whole.size, dtype=bool)
+        free[self.held] = False
+        for _ in range(MOST_SADDLES):
+            state: EndlessState = last.state.cell if self.plates else last.state
+            mode = lowest_mode(tangent(whole, last.state), whole.scale, free)
+            self.modes.append(mode)
+            thickness = np.ptp(state.beams.position[:, 2]) + self.scene.yarn.diameter
+            self.sizes.append(np.append(1 + state.lattice[:2] / model.lattice.lengths[:2], thickness))
+            if not mode.unstable:
+                return state
+            log.info("scene %r: a saddle, %.3g N/m in its lowest mode", self.scene.name, mode.stiffness)
+            pushed = whole.advance(last.state, PUSH * self.scene.yarn.diameter * mode.motion)
+            last = balanced(
+                f"scene {self.scene.name}, which leaves a saddle,",
+                whole,
+                self.held,
+                replace(self.settings, increments=1, vain=FLOWS),
+                begin=standing(whole, pushed),
+            )
+        raise ConvergenceError(
+            f"the way to rest of scene {self.scene.name} leads from saddle to saddle, {MOST_SADDLES} of them: the "
+            "fabric is too slack for one shape at rest. Use load.start rest_with_friction with a larger "
+            "contact.friction, or a shorter pattern.loop_length"
+        )
+
+    def stability(self, wave: Wave | None) -> dict[str, Any]:
+        """Return attributes of the shape at rest: how stable it is, and what it has left."""
+        left = [mode.stiffness for mode in self.modes if mode.unstable]
+        known: dict[str, Any] = {
+            "lowest_stiffness": self.modes[-1].stiffness,
+            "saddles": len(left),
+        }
+        if left:
+            known |= {"saddle_stiffness": min(left)}
+            known |= {"change_from_saddle": (self.sizes[-1] / self.sizes[0] - 1).tolist()}
+        if wave is not None:
+            known |= {"lowest_wave_stiffness": wave.stiffness, "lowest_wave": wave.length.tolist()}
+        return known
+
+    def _pressed(self, model: EndlessBeams) -> EndlessBeams | PressedBeams:
+        return PressedBeams(model, self.plates) if self.plates else model
+
+
+def standing(model: EndlessBeams | PressedBeams, state: Any) -> Increment:
+    """Return the increment from which a path begins in a state."""
+    return Increment(0, 0.0, state, model.respond(state, stiffness=False), size=1.0)
