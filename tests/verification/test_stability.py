@@ -139,5 +139,6 @@ def test_copies_of_a_shape_that_friction_holds_are_held_as_well():
     residual = [
         np.abs(response.force / model.scale).max() for response, model in zip(force, (one, four), strict=True)
     ]
-    assert residual[1] < 1.01 * residual[0] + 1e-12
+    # edges of two copies carry the sum of their forces
+    assert residual[1] < 2.01 * residual[0] + 1e-12
     assert np.abs(four.respond(unheld, stiffness=False).force / four.scale).max() > 100 * residual[1]

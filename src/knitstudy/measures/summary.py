@@ -123,12 +123,12 @@ def _rest(dataset: xr.Dataset) -> list[Quantity]:
     return [
         *(Quantity(name, dataset.attrs[name], "m") for name in ("cell_width", "cell_height")),
         *(Quantity(f"{name} strain from the drawn loops", float(strain), "1") for name, strain in strains),
-        *_stability(dataset),
+        *stability_of_rest(dataset),
         Quantity("pairs of nodes that rub", dataset.sizes["pair"], "1"),
     ]
 
 
-def _stability(dataset: xr.Dataset) -> list[Quantity]:
+def stability_of_rest(dataset: xr.Dataset) -> list[Quantity]:
     """Return how stable a shape at rest is, and what it has left on the way there; nothing of drawn loops."""
     known = dataset.attrs
     if "lowest_stiffness" not in known:
@@ -138,7 +138,9 @@ def _stability(dataset: xr.Dataset) -> list[Quantity]:
         numbers.append(Quantity("saddles left on the way to rest", int(known["saddles"]), "1"))
         numbers += [
             Quantity(f"change of {size} from the first saddle", 100 * float(change), "%")
-            for size, change in zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
+            for size, change in zip(
+                ("width", "height", "thickness"), known["change_from_saddle"], strict=True
+            )
         ]
     if "lowest_wave" in known:
         loops, rows = known["lowest_wave"]
@@ -186,7 +188,7 @@ def _history(dataset: xr.Dataset) -> list[Quantity]:
     loaded = last["displacement"].item() != 0
     return [
         *_attributes(dataset, ATTRIBUTES),
-        *_stability(dataset),
+        *stability_of_rest(dataset),
         Quantity("increments", dataset.sizes["increment"] - 1, "1"),
         Quantity("strain at the end", last["strain"].item(), "1"),
         Quantity("displacement along the load at the end", last["displacement"].item(), "m"),

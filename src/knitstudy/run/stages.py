@@ -37,6 +37,7 @@ MODEL = (
 """Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
 KIND = ("specimen", "fidelity", "interaction")
+REPEATS = ("pattern.stitches", "pattern.loops", "pattern.rows")
 TOLERANCES = ("solver.residual_tolerance", "solver.correction_tolerance")
 MODEL_KEYS = (*KIND, "pattern", "pair", *SECTIONS, "load", "mesh", "tie", "contact", "solver")
 
@@ -157,7 +158,16 @@ _STAGES = (
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
         function=later("knitstudy.knit.models.beam.rest:relax"),
-        reads=lambda scene: (*KIND, *SECTIONS, "mesh", "contact.friction", "beam", *TOLERANCES, "load.start"),
+        reads=lambda scene: (
+            *KIND,
+            *SECTIONS,
+            *REPEATS,
+            "mesh",
+            "contact.friction",
+            "beam",
+            *TOLERANCES,
+            "load.start",
+        ),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
         intermediate=True,

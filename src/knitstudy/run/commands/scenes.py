@@ -33,6 +33,11 @@ from knitstudy.run.advice.problem import Problem
 from knitstudy.run.commands import console
 from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study
 from knitstudy.run.families import STUDIES
+from knitstudy.run.plan import Plan
+from knitstudy.run.stages import STAGES
+from knitstudy.run.store import OF_STUDY, Store
+
+RUNS = Path("runs")  # where `knitstudy run` keeps results by default
 
 
 @click.command("list")
@@ -137,6 +142,7 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
             _print_keys(scene, sources, what, changes, config)
             click.echo(loop or "", nl=bool(loop))
+            click.echo(_known_rest(scene, what, config), nl=STAGES["rest"].of(scene))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
                 click.echo(question, err=True)
@@ -169,6 +175,23 @@ def _checked_loop(scene: Scene) -> str:
     if scene.value("geometry.diameter_share") not in (None, 1):
         text += " between yarns as thin as they are drawn"
     return f"{fabric}loop: {text}; {require_resolution(scene, fabric_of(geometry))}"
+
+
+def _known_rest(scene: Scene, what: str, config: Path) -> str:
+    """Say how stable the shape at rest of a scene is where it is kept; an empty text where the load begins as drawn."""
+    from knitstudy.measures.summary import stability_of_rest
+
+    if not STAGES["rest"].of(scene):
+        return ""
+    plan = Plan.of(config)
+    kept = Store(RUNS, (OF_STUDY,)).found(plan.step("rest", plan.labelled(scene)))
+    if kept is None:
+        return f"shape at rest: not known yet; knitstudy run {what} finds it, and whether the cell hides an instability"
+    numbers = (
+        f"{name} {value:.3g} {unit}" if unit else f"{name} {value}"
+        for name, value, unit in stability_of_rest(kept)
+    )
+    return f"shape at rest: {', '.join(numbers)}"
 
 
 def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes, config: Path) -> None:

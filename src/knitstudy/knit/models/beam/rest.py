@@ -129,12 +129,13 @@ class _Cell:
         tiling = Tiling.of(self.rows.stations.yarn, counts)
         larger = _Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
         model = larger.model
+        stretched = counts[:, None] * self.model.vectors(state) - model.lattice.vectors
         tiled = EndlessState(
             beams=BeamState(
                 tiling.positions(state.beams.position, self.model.vectors(state)),
                 state.beams.rotation[tiling.place],
             ),
-            lattice=state.lattice / self.model.lattice.lengths * model.lattice.lengths,
+            lattice=np.linalg.lstsq(model.moves.reshape(6, 3), stretched.ravel())[0],
             contact=LineHistory.none(),
             moved=np.zeros(model.size),
         )
