@@ -409,6 +409,27 @@ class EndlessBeams(Memoryless):
             status=SOFT,
         )
 
+    def sliding(self, state: EndlessState) -> Floats:
+        """Return the motions (size, Y) of yarns along their own curves, where these cost nothing.
+
+        There are none where yarns rub, or are bent without forces.
+        """
+        if self.contact.mu or np.ndim(self.inner.elements.natural):
+            return np.empty((self.size, 0))
+        here, there = self.inner.ends.T
+        chord = np.diff(self._all(state).position[self.inner.ends], axis=1)[:, 0]
+        along = chord / np.linalg.norm(chord, axis=1)[:, None]
+        before = np.empty_like(here)
+        before[self.owner[there]] = here
+        motion = np.zeros((self.nodes, 6, self.points.yarn.max() + 1))
+        yarn = np.empty(self.nodes, dtype=np.int64)
+        yarn[self.points.station] = self.points.yarn
+        # The direction turns by the angle between both beams at a node, over the length that it stands for
+        length = 0.5 * (self.inner.elements.length + self.inner.elements.length[before])[:, None]
+        motion[here, :3, yarn] = 0.5 * (chord + chord[before]) / length
+        motion[here, 3:, yarn] = np.cross(along[before], along) / length
+        return np.concatenate([motion.reshape(6 * self.nodes, -1), np.zeros((3, motion.shape[2]))])
+
     def internal_energy(self, response: Response) -> float:
         """Return the energy of the yarns in a response, that in which the load begins included [J]."""
         return response.energy["internal"] + self._stored.get("internal", 0.0)

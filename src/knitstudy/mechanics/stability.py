@@ -41,8 +41,9 @@ def lowest_mode(
     stiffness: sp.spmatrix,  # (size, size), the tangent
     scale: Floats,  # (size,), what turns unknowns into displacements: 1, or lengths for rotations
     free: Bools,  # (size,), unknowns that are not held
+    neutral: Floats | None = None,  # (size, k), motions that cost nothing
 ) -> Mode:
-    """Return the lowest mode of the symmetric part of a tangent.
+    """Return the lowest mode of the symmetric part of a tangent, but for neutral motions.
 
     Raises ConvergenceError if the tangent is singular.
 
@@ -51,30 +52,48 @@ def lowest_mode(
     >>> mode = lowest_mode(sp.diags([2.0, -1.0, 3.0]), scale=np.ones(3), free=np.full(3, True))
     >>> mode.stiffness, mode.unstable, np.abs(mode.motion).tolist()
     (-1.0, True, [0.0, 1.0, 0.0])
+    >>> lowest_mode(sp.diags([2.0, -1.0, 3.0]), np.ones(3), np.full(3, True), neutral=np.eye(3)[:, [1]]).stiffness
+    2.0
     """
     unit = sp.diags(1 / scale[free])
-    values, vectors = _lowest(unit @ sp.csr_matrix(stiffness)[free][:, free] @ unit)
+    motions = np.empty((np.count_nonzero(free), 0)) if neutral is None else (neutral * scale[:, None])[free]
+    values, vectors = _lowest(unit @ sp.csr_matrix(stiffness)[free][:, free] @ unit, motions)
     motion = np.zeros(len(scale))
     motion[free] = vectors / scale[free]
     return Mode(values, motion / np.abs(vectors).max())
 
 
-def _lowest(matrix: sp.spmatrix) -> tuple[float, Floats]:
-    """Return the lowest eigenvalue of the Hermitian part of a matrix (n, n), and its vector (n,)."""
+def _lowest(matrix: sp.spmatrix, neutral: Floats) -> tuple[float, Floats]:
+    """Return the lowest eigenvalue of the Hermitian part of a matrix (n, n), and its vector (n,).
+
+    Springs along neutral motions N (n, k), with the stiffness c of a typical unknown, K + c N N^T, are a border of K: factors
+    of [K, N; N^T, -1/c] have a negative pivot for each of them.
+    """
     hermitian = sp.csc_matrix(0.5 * (matrix + matrix.conj().T))
     n = hermitian.shape[0]
     begin = np.random.default_rng(0).standard_normal(n).astype(hermitian.dtype)
+    motions = neutral / np.linalg.norm(neutral, axis=0)
+    spring = float(np.abs(hermitian.diagonal()).mean())
     if n <= SMALL:
-        values, vectors = np.linalg.eigh(hermitian.toarray())
+        values, vectors = np.linalg.eigh(hermitian.toarray() + spring * motions @ motions.conj().T)
         return float(values[0]), _directed(vectors[:, 0], begin)
-    factors = factorise(hermitian)
-    negative = int(np.count_nonzero(factors.U.diagonal().real < 0))
-    inverse = spla.LinearOperator((n, n), matvec=factors.solve, dtype=hermitian.dtype)
+    count = motions.shape[1]
+    border = sp.csc_matrix(motions)
+    bordered = sp.bmat(
+        [[hermitian, border], [border.conj().T, -sp.identity(count) / spring]] if count else [[hermitian]]
+    )
+    factors = factorise(bordered)
+    negative = int(np.count_nonzero(factors.U.diagonal().real < 0)) - count
+
+    def solve(force: Floats) -> Floats:
+        return factors.solve(np.append(force, np.zeros(count, dtype=force.dtype)))[:n]
+
+    inverse = spla.LinearOperator((n, n), matvec=solve, dtype=hermitian.dtype)
     # Of the inverse, all negative eigenvalues or the largest one
-    count, which = (min(negative, n - 2), "SA") if negative else (1, "LA")
+    wanted, which = (min(negative, n - 2), "SA") if negative > 0 else (1, "LA")
     if np.iscomplexobj(hermitian.data):
         which = {"SA": "SR", "LA": "LR"}[which]
-    inverted, vectors = spla.eigsh(inverse, k=count, which=which, v0=begin)
+    inverted, vectors = spla.eigsh(inverse, k=wanted, which=which, v0=begin)
     lowest = int(np.argmin(1 / inverted))
     return float(1 / inverted[lowest]), _directed(vectors[:, lowest], begin)
 
@@ -119,6 +138,7 @@ class Waves:
         stiffness: sp.spmatrix,  # (6 m + .., ..), of a larger cell in which no cell acts on another one by two ways
         scale: Floats,  # (6 n,) of one cell, as of `lowest_mode`
         tiling: Tiling,  # of the n nodes of a cell
+        neutral: Floats,  # (6 n, k), motions of yarns along courses that cost nothing where all cells move alike there
     ) -> None:
         self._node, self._nodes = tiling.place, len(scale) // 6
         middle = tiling.counts // 2
@@ -126,6 +146,7 @@ class Waves:
         inner = np.flatnonzero(np.all(self._away == 0, axis=1))  # in the order of the nodes of a cell
         rows = (6 * inner[:, None] + np.arange(6)).ravel()
         self._unit = sp.diags(1 / np.asarray(scale))
+        self._neutral = neutral * np.asarray(scale)[:, None]
         self._forces = self._unit @ sp.csr_matrix(stiffness)[rows][:, : 6 * len(self._node)]
 
     def tangent(self, phase: Floats) -> sp.csr_matrix:
@@ -142,7 +163,10 @@ class Waves:
         """
         waves = [
             Wave(
-                _lowest(self.tangent(2 * np.pi * np.array(parts)))[0],
+                _lowest(
+                    self.tangent(2 * np.pi * np.array(parts)),
+                    self._neutral if parts[0] == 0 else self._neutral[:, :0],
+                )[0],
                 np.array([Fraction(part).limit_denominator(9).denominator for part in parts]),
             )
             for parts in product(PARTS[:4], PARTS)

@@ -135,7 +135,7 @@ class _Cell:
                 tiling.positions(state.beams.position, self.model.vectors(state)),
                 state.beams.rotation[tiling.place],
             ),
-            lattice=np.linalg.lstsq(model.moves.reshape(6, 3), stretched.ravel())[0],
+            lattice=np.linalg.lstsq(model.moves.reshape(6, 3), stretched.ravel())[0].astype(float),
             contact=LineHistory.none(),
             moved=np.zeros(model.size),
         )
@@ -151,8 +151,9 @@ class _Cell:
         reach = self._farthest(state)
         larger, tiled = self.tiled(state, 2 * reach + 1)
         tiling = Tiling.of(self.rows.stations.yarn, 2 * reach + 1)
-        scale = self.model.scale[: 6 * self.model.nodes]
-        return Waves(tangent(larger.model, tiled), scale, tiling).lowest()
+        model, nodes = self.model, slice(6 * self.model.nodes)
+        neutral = model.sliding(state)[nodes]
+        return Waves(tangent(larger.model, tiled), model.scale[nodes], tiling, neutral).lowest()
 
     def _farthest(self, state: EndlessState) -> Ints:
         """Return how many cells away (2,), along courses and wales, yarns may act on each other."""
@@ -213,7 +214,8 @@ class _Way:
         free[self.held] = False
         for _ in range(MOST_SADDLES):
             state: EndlessState = last.state.cell if self.plates else last.state
-            mode = lowest_mode(tangent(whole, last.state), whole.scale, free)
+            neutral = np.zeros((whole.size, 0)) if self.plates else _around_first_node(model.sliding(state))
+            mode = lowest_mode(tangent(whole, last.state), whole.scale, free, neutral)
             self.modes.append(mode)
             thickness = np.ptp(state.beams.position[:, 2]) + self.scene.yarn.diameter
             self.sizes.append(np.append(1 + state.lattice[:2] / model.lattice.lengths[:2], thickness))
@@ -250,6 +252,13 @@ class _Way:
 
     def _pressed(self, model: EndlessBeams) -> EndlessBeams | PressedBeams:
         return PressedBeams(model, self.plates) if self.plates else model
+
+
+def _around_first_node(motions: Floats) -> Floats:
+    """Return motions (size, k) with a translation of the whole that leaves the first node in its place."""
+    around = motions.copy()
+    around[:-3].reshape(-1, 6, motions.shape[1])[:, :3] -= motions[:3]
+    return around
 
 
 def standing(model: EndlessBeams | PressedBeams, state: Any) -> Increment:
