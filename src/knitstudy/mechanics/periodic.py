@@ -410,12 +410,7 @@ class EndlessBeams(Memoryless):
         )
 
     def sliding(self, state: EndlessState) -> Floats:
-        """Return the motions (size, Y) of yarns along their own curves, where these cost nothing.
-
-        There are none where yarns rub, or are bent without forces.
-        """
-        if self.contact.mu or np.ndim(self.inner.elements.natural):
-            return np.empty((self.size, 0))
+        """Return the motions (size, Y) of yarns along their own curves."""
         here, there = self.inner.ends.T
         chord = np.diff(self._all(state).position[self.inner.ends], axis=1)[:, 0]
         along = chord / np.linalg.norm(chord, axis=1)[:, None]

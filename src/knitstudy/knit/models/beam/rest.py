@@ -72,13 +72,13 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
         cell = cell.starting_at(replace(stopped, contact=LineHistory.none()))
         last = way.balance(cell.model, f"the rest without friction {of_scene}", done=0.5, share=0.5)
     increments = last.index
-    state = way.stable(cell.model, last)
+    state = way.stable(cell, last)
     stitches = np.array([scene.pattern.loops, scene.pattern.rows])
     wave = None if plates else cell.lowest_wave(state).of_stitches(stitches // repeats)
     if repeats.prod() > 1:
         cell, state = cell.tiled(state, repeats)
         if wave is not None and wave.unstable:
-            state = way.stable(cell.model, standing(cell.model, state))
+            state = way.stable(cell, standing(cell.model, state))
             wave = cell.lowest_wave(state).of_stitches(stitches)
     if wave is not None and wave.unstable:
         log.warning("scene %r: %s", scene.name, hidden(scene, wave.length))
@@ -151,9 +151,15 @@ class _Cell:
         reach = self._farthest(state)
         larger, tiled = self.tiled(state, 2 * reach + 1)
         tiling = Tiling.of(self.rows.stations.yarn, 2 * reach + 1)
-        model, nodes = self.model, slice(6 * self.model.nodes)
-        neutral = model.sliding(state)[nodes]
-        return Waves(tangent(larger.model, tiled), model.scale[nodes], tiling, neutral).lowest()
+        nodes = slice(6 * self.model.nodes)
+        neutral = self.neutral(state)[nodes]
+        return Waves(tangent(larger.model, tiled), self.model.scale[nodes], tiling, neutral).lowest()
+
+    def neutral(self, state: EndlessState) -> Floats:
+        """Return the motions (size, k) that cost nothing: yarns slide that do not rub and are straight without forces."""
+        if self.contact.friction or any(getattr(yarn, "set", 1.0) for yarn in self.contact.yarns):
+            return np.zeros((self.model.size, 0))
+        return self.model.sliding(state)
 
     def _farthest(self, state: EndlessState) -> Ints:
         """Return how many cells away (2,), along courses and wales, yarns may act on each other."""
@@ -204,17 +210,17 @@ class _Way:
 
         return balanced(what, self._pressed(model), self.held, self.settings, report)
 
-    def stable(self, model: EndlessBeams, last: Increment) -> EndlessState:
+    def stable(self, cell: _Cell, last: Increment) -> EndlessState:
         """Return the first stable state from a balance on.
 
         Raises ConvergenceError if there is none.
         """
-        whole = self._pressed(model)
+        model, whole = cell.model, self._pressed(cell.model)
         free = np.ones(whole.size, dtype=bool)
         free[self.held] = False
         for _ in range(MOST_SADDLES):
             state: EndlessState = last.state.cell if self.plates else last.state
-            neutral = np.zeros((whole.size, 0)) if self.plates else _around_first_node(model.sliding(state))
+            neutral = np.zeros((whole.size, 0)) if self.plates else _around_first_node(cell.neutral(state))
             mode = lowest_mode(tangent(whole, last.state), whole.scale, free, neutral)
             self.modes.append(mode)
             thickness = np.ptp(state.beams.position[:, 2]) + self.scene.yarn.diameter
@@ -257,7 +263,8 @@ class _Way:
 def _around_first_node(motions: Floats) -> Floats:
     """Return motions (size, k) with a translation of the whole that leaves the first node in its place."""
     around = motions.copy()
-    around[:-3].reshape(-1, 6, motions.shape[1])[:, :3] -= motions[:3]
+    for component in range(3):
+        around[component:-3:6] -= motions[component]
     return around
 
 
