@@ -156,7 +156,7 @@ class _Cell:
         return Waves(tangent(larger.model, tiled), self.model.scale[nodes], tiling, neutral).lowest()
 
     def neutral(self, state: EndlessState) -> Floats:
-        """Return the motions (size, k) that cost nothing: yarns slide that do not rub and are straight without forces."""
+        """Return motions (size, k) that cost nothing: yarns slide that do not rub and are straight without forces."""
         if self.contact.friction or any(getattr(yarn, "set", 1.0) for yarn in self.contact.yarns):
             return np.zeros((self.model.size, 0))
         return self.model.sliding(state)
