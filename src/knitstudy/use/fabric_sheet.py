@@ -27,7 +27,13 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, KnitstudyError
+from knitstudy.errors import (
+    ConfigurationError,
+    ConvergenceError,
+    DataFileError,
+    KnitstudyError,
+    message_of,
+)
 from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
@@ -43,7 +49,14 @@ from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, NotKept, Store
 from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.measured_curve import (
+    PULL,
+    STRAIN,
+    branches,
+    curve_table,
+    force_over_strain,
+    loss_of_cycle,
+)
 from knitstudy.use.sheet_numbers import (
     NOT_KNOWN,
     PRESS,
@@ -64,11 +77,14 @@ PRESSURES = (49.0, 1000.0, 4900.0)  # Pa, of KES-FB3, ISO 5084, and the largest 
 BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
-CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments between plates
+# Ends of increments between plates. Pressure rises from nothing as a power of how far plates have closed: increments
+# that grow by the same ratio have its work to 4 % at any small pressure, up to a power of 2.
+CLOSE = [*(1e-5 * 2 ** (0.5 * np.arange(22))).tolist(), [0.1, 0.01], [0.88, 0.04]]
 EVEN = 15  # increments of a leg of the path that counts
 BACK = 0.02  # of the largest strain, where a cycle ends
 MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
+ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.11  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
@@ -223,8 +239,7 @@ def fabric_sheet(
     curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
     curves[PRESS] = [curve_table(of) for of in pressed]
     for both in curves.values() if verified else ():
-        forces = both[0].filter(regex="force|pressure|energy")
-        both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
+        both += _with_errors_of_model(both[0])
     told = cell.tex if isnan(tex) else tex
     maker.notes.insert(0, _of_yarns(cell, told))
     rows = [
@@ -241,6 +256,14 @@ def fabric_sheet(
         histories=histories,
         tied=tied,
     )
+
+
+def _with_errors_of_model(curve: pd.DataFrame) -> list[pd.DataFrame]:
+    """Return a curve with forces as far off as those of beams may be: all of them, and both directions unlike."""
+    forces = curve.filter(regex="force|pressure|energy")
+    wale = forces.columns.str.startswith("wale")
+    factors = [(1 + course * ERROR, 1 + across * ERROR) for course in (-1, 1) for across in (-1, 1)]
+    return [curve.assign(**forces * np.where(wale, across, course)) for course, across in factors]
 
 
 def cell_of(scene: Scene) -> CellOfBeams:
@@ -298,13 +321,26 @@ class _Maker:
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
         most = SHEAR if load == "shear" else float(found["strain"].max())
         strain = most if isnan(strain) else BEYOND * strain
+        made = self._evenly(load, keys, strain)
+        if load == "shear" or ENDED in made.attrs:
+            return made
+        # Friction at rest may hold the fabric at another size, from which the force is reached farther on.
+        curve = force_over_strain(curve_table(made), along)
+        rising = branches(curve)[0]
+        missing, slope = self.force - rising.iloc[-1], np.gradient(rising, rising.index)[-1]
+        if missing > (1 - 1 / FARTHER) * self.force and slope > 0:
+            made = self._evenly(f"{load} farther", keys, strain + missing / slope)
+        return made
+
+    def _evenly(self, name: str, keys: dict[str, Any], strain: float) -> xr.Dataset:
+        """Return the history of a load to a strain and back, in even increments, from the start that counts."""
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
         even |= {"load.strain": strain, "load.largest_force": self.force if strain == SHEAR else None}
-        if load == "shear" and strain > SHEARED:
+        if keys["load.deformation"] == "shear" and strain > SHEARED:
             even |= {"load.stops": [SHEARED]}  # no number between two increments
-        if load in STRAINS[:2]:
+        if keys["load.deformation"] in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain, "solver.increments": 2 * EVEN}
-        return self._run(load, even)
+        return self._run(name, even)
 
     def pressed(self, start: str, pressure: float) -> xr.Dataset:
         """Return the history between plates from a start, up to a pressure [Pa]."""
@@ -319,7 +355,7 @@ class _Maker:
         try:  # other models know no shape at rest
             return self._run("tied", keys, self.cell.vary({"load.start": "drawn"}))
         except KnitstudyError as error:
-            self.notes.append(f"Bending of tied yarns is not known: {error}.")
+            self.notes.append(f"Bending of tied yarns is not known: {message_of(error)}.")
             return None
 
     def bending(self, start: str) -> xr.Dataset:
@@ -373,8 +409,7 @@ class _Maker:
             if error.history is None:
                 raise
             history = error.history
-            last = PERCENT * float(history["strain"][-1])
-            self.notes.append(f"The path {name} ended early, at a strain of {last:.3g} %.")
+            self.notes.append(f"The path {name} {history.attrs.get(ENDED, f'ended early: {error}')}")
         return history
 
 
