@@ -393,6 +393,22 @@ def test_small_pressures_have_increments_of_their_own():
             assert found == pytest.approx(exact, rel=0.04)
 
 
+def test_slack_shear_has_no_stiffness():
+    """Loops that do not touch are resisted by the drag on loose yarns, whose size belongs to the increments."""
+    energy = np.zeros((3, 6))
+    energy[1:, [1, 5]] = [1e-15, 1e-13]  # internal; stabilisation
+    sheared = cell([0.0, 0.01, 0.02], [0.0, 1e-5, 2e-5], axis=2)
+    forms = {"form": FORMS}
+    loose = sheared.assign(energy=xr.DataArray(energy, dims=("increment", "form"), coords=forms))
+    assert rows.is_slack(loose)
+    assert not rows.is_slack(loose.assign(energy=loose["energy"][:, ::-1].assign_coords(forms)))
+    assert not rows.is_slack(loose.isel(increment=slice(1)))  # not reached
+    curves = {load: [curve_table(THERE_AND_BACK)] for load in ("course", "wale")}
+    curves["shear"] = [curve_table(loose)]
+    row = rows.load_rows(curves, 10.0, slack=True)[-1]
+    assert row[:4] == ["shear stiffness at 0.01 rad", "0", "0.001", "N/m"]
+
+
 def test_forces_in_both_directions_are_off_on_their_own():
     """The wale force at a course force would be exact if both were wrong by one factor."""
     curve = curve_table(THERE_AND_BACK).assign(**{rows.PULL("wale"): 100.0})

@@ -64,6 +64,7 @@ from knitstudy.use.sheet_numbers import (
     SHEARED,
     bending_rows,
     construction_rows,
+    is_slack,
     load_rows,
     thickness_rows,
     when,
@@ -245,7 +246,7 @@ def fabric_sheet(
     rows = [
         *construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
         *thickness_rows(curves[PRESS], pressures),
-        *load_rows(curves, force),
+        *load_rows(curves, force, is_slack(histories["shear"])),
         *bending_rows(bent, ERROR if verified else 0.0, tied),
     ]
     return Sheet(

@@ -140,8 +140,22 @@ def thickness_rows(curves: Sequence[pd.DataFrame], pressures: Iterable[float]) -
     ]
 
 
-def load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> list[list[str]]:
-    """Return what columns of curves are where others reach a value, and the losses of cycles."""
+def is_slack(sheared: xr.Dataset) -> bool:
+    """Return whether nothing but the drag on loose yarns resists the shear of the stiffness: loops do not touch yet."""
+    reached = np.flatnonzero(np.abs(sheared["cell_strain"].to_numpy()[:, -1]) >= (1 - SAME) * SHEARED)
+    if "energy" not in sheared or not len(reached):
+        return False
+    energy = sheared["energy"].isel(increment=int(reached[0])).to_series()
+    return bool(energy["stabilisation"] > energy.drop(["external", "stabilisation"]).sum())
+
+
+def load_rows(
+    curves: Mapping[str, Sequence[pd.DataFrame]], force: float, slack: bool = False
+) -> list[list[str]]:
+    """Return what columns of curves are where others reach a value, and the losses of cycles.
+
+    Where shear is `slack`, its stiffness is 0, and that of the drag its uncertainty.
+    """
 
     def row(load: str, quantity: str, unit: str, scale: float, column: str, of: str, value: float) -> None:
         values = [scale * when(curve, column, of, value) for curve in curves[load]]
@@ -167,7 +181,12 @@ def load_rows(curves: Mapping[str, Sequence[pd.DataFrame]], force: float) -> lis
         row(load, f"{load}, course strain at {force:g} N/m", "%", PERCENT, STRAIN("course"), pull, force)
         row(load, f"{load}, wale force per width then", "N/m", 1.0, PULL("wale"), pull, force)
     stiffness = f"shear stiffness at {SHEARED:g} rad"
-    row("shear", stiffness, "N/m", 1 / SHEARED, PULL("shear"), STRAIN("shear"), SHEARED)
+    if slack:
+        drag = when(curves["shear"][0], PULL("shear"), STRAIN("shear"), SHEARED) / SHEARED
+        remark = "slack: loops do not touch, and the drag of the computation alone resists"
+        rows.append(_row(stiffness, [0.0, drag], "N/m", remark))
+    else:
+        row("shear", stiffness, "N/m", 1 / SHEARED, PULL("shear"), STRAIN("shear"), SHEARED)
     return rows
 
 
