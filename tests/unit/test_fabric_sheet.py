@@ -183,6 +183,16 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
     )
 
 
+def test_a_sheet_says_what_its_inputs_change(made):
+    """Of the yarn and of the spacing that loops are drawn for; a solid yarn has forces proportional to its modulus."""
+    (note,) = [note for note in made[0].notes if note.startswith("Of 10 % more of an input")]
+    named = r"(\S+) ([+-][\d.]+) %"
+    shares = {key: float(share) for key, share in re.findall(named, note)}
+    assert set(shares) == {"pattern.course_spacing", "yarn.diameter", "yarn.youngs_modulus"}
+    assert shares["pattern.course_spacing"] > 0 > shares["yarn.diameter"]
+    assert -10 < shares["yarn.youngs_modulus"] < 0
+
+
 def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
     page, *files = made[0].write(tmp_path)
     text = page.read_text()
@@ -412,10 +422,11 @@ def test_slack_shear_has_no_stiffness():
 def test_forces_in_both_directions_are_off_on_their_own():
     """The wale force at a course force would be exact if both were wrong by one factor."""
     curve = curve_table(THERE_AND_BACK).assign(**{rows.PULL("wale"): 100.0})
-    wale = [float(each[rows.PULL("wale")].iloc[0]) for each in sheets._with_errors_of_model(curve)]
-    course = [float(each[rows.PULL("course")].iloc[2]) for each in sheets._with_errors_of_model(curve)]
-    assert sorted(wale) == pytest.approx([89.0, 89.0, 111.0, 111.0])
-    assert sorted(course) == pytest.approx([17.8, 17.8, 22.2, 22.2])
+    off = sheets._with_errors_of_model(curve, unlike=True)
+    ends = [(each[rows.PULL("course")].iloc[2], each[rows.PULL("wale")].iloc[0]) for each in off]
+    assert sorted(ends) == [pytest.approx(end) for end in ((17.8, 89), (17.8, 111), (22.2, 89), (22.2, 111))]
+    low, high = sheets._with_errors_of_model(curve, unlike=False)
+    assert [each[rows.ENERGY].iloc[2] for each in (low, high)] == pytest.approx([1.78, 2.22])
 
 
 def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_path):
@@ -470,6 +481,8 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
     assert table.loc["length of yarn in a stitch", "uncertainty"] == "given"
     of_yarn = "friction 0.095, yarn.stretching 50 N, yarn.bending 4.5e-08 N m2, yarn.twisting 3.4e-08 N m2, "
+    changes = "as a share of itself: pattern.loop_length +0 %, yarn.diameter +0 %, yarn.bending +0 %."
+    assert any(note.endswith(changes) for note in sheet.notes)  # all paths are the same here
     assert any(f"{of_yarn}yarn.pressing 63 N, tex 500." in note for note in sheet.notes)
     monkeypatch.setattr(sheets, "loss_of_cycle", lambda curve: None)
     sheet.write(tmp_path)
