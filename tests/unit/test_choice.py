@@ -217,7 +217,7 @@ def planned(accuracy, **size):
 def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept, monkeypatch, tmp_path):
     asked, taken, offer, *rest = planned("0.05").stdout.splitlines()
     assert asked == "yarns-tie-course: force within 5 %, tie"
-    assert taken.startswith("take network: error at most ")
+    assert taken.startswith("take network: error of the simulation at most ")
     assert offer.startswith("if no edges matter, specimen: cell by yarns2")
     assert sum(line.endswith("\ttaken") for line in rest) == 1
     assert rest[-1] == "--set fidelity=rom3d --set rom.joint=patch --set solver.increments=5"
@@ -229,7 +229,7 @@ def test_the_command_names_the_choice_and_where_too_few_were_measured(ask, kept,
 def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_costs(ask):
     """Costs of 30 x 30 cells by the laws of jobs, errors of 4 x 4 cells by the sample."""
     offer, without, head, *rows = planned("0.05", loops=30, rows=30).stdout.splitlines()
-    assert offer.startswith("if no edges matter, specimen: cell by yarns2: error at most ")
+    assert offer.startswith("if no edges matter, specimen: cell by yarns2: error of the simulation at most ")
     assert without.startswith("no error is promised of 30 x 30 cells")
     assert head.split("\t") == ["model", "seconds", "MB", "error at most on 4 x 4 cells [%]"]
     costs = {
@@ -243,7 +243,7 @@ def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     knit = LOOP | {"pattern.loops": 30, "pattern.rows": 30}
     problem, _, _ = problem_of("yarns-tie-course", knit)
     write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
-    assert "take network: error at most 3 %" in planned("0.05", loops=30, rows=30).stdout
+    assert "take network: error of the simulation at most 3 %" in planned("0.05", loops=30, rows=30).stdout
     message = planned("0.01", loops=30, rows=30)
     assert message.exit_code == 1
     assert "ask.accuracy is 0.01, but nearest comes network" in message.stderr

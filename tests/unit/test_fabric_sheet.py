@@ -183,6 +183,16 @@ def test_a_sheet_has_all_numbers_of_a_fabric(made):
     )
 
 
+def test_a_sheet_says_what_its_inputs_change(made):
+    """Of the yarn and of the spacing that loops are drawn for; a solid yarn has forces proportional to its modulus."""
+    (note,) = [note for note in made[0].notes if note.startswith("Of 10 % more of an input")]
+    named = r"(\S+) ([+-][\d.]+) %"
+    shares = {key: float(share) for key, share in re.findall(named, note)}
+    assert set(shares) == {"pattern.course_spacing", "yarn.diameter", "yarn.youngs_modulus"}
+    assert shares["pattern.course_spacing"] > 0 > shares["yarn.diameter"]
+    assert -10 < shares["yarn.youngs_modulus"] < 0
+
+
 def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
     page, *files = made[0].write(tmp_path)
     text = page.read_text()
@@ -295,9 +305,13 @@ def test_results_side_by_side_have_the_diameter_of_the_yarn_not_of_the_drawn_loo
 
 
 def bent(slope, cycle=True):
-    """Bending with a moment of 1e-3 N at rest in both directions, 1e-4 N less on the way back."""
-    curvature = np.array([0.0, 50, 100, 150, 250, 50, -250, 0]) if cycle else np.array([0.0, 100, 250])
-    moment = 1e-3 + slope * curvature - 1e-4 * (np.arange(len(curvature)) > 4)
+    """Bending with a moment of 1e-3 N at rest in both directions, 1e-4 N less on the way to the back, 2e-4 N more at
+    the end; to the back it is three times as stiff.
+    """
+    curvature = np.array([0.0, 50, 100, 150, 250, 50, 0, -250, 0]) if cycle else np.array([0.0, 100, 250])
+    moment = 1e-3 + slope * curvature * np.where(curvature < 0, 3, 1)
+    if cycle:
+        moment += [0, 0, 0, 0, 0, -1e-4, -1e-4, -1e-4, 2e-4]
     names = ("direction", "increment")
     planes = {
         "curvature": curvature,
@@ -312,12 +326,107 @@ def bent(slope, cycle=True):
 def test_bending_is_a_slope_a_hysteresis_and_a_moment_at_rest():
     made = rows.bending_rows([bent(1e-5), bent(2e-5, cycle=False)], 0.08, None)
     table = {row[0]: row[1:4] for row in made}
-    assert table["bending stiffness, course"] == ["1e-05", "1e-05", "N m"]
+    # As KES-FB2 has it: the mean of 1e-5 N m to the front and 3e-5 N m to the back; the other start is 1e-5 N m off.
+    assert table["bending stiffness, course"] == ["2e-05", "1e-05", "N m"]
     assert table["bending stiffness at first, wale"] == ["3e-05", "3e-05", "N m"]
-    # From 250 to 50 1/m the way back is straight: at 100 it has lost three quarters of 1e-4 N.
-    assert table["bending hysteresis, course"] == ["7.5e-05", "6e-06", "N"]
+    # From 250 to 50 1/m the way back is straight: at 100 it has lost three quarters of 1e-4 N; at -100 the way home has
+    # gained 0.6 of 3e-4 N. Again the mean.
+    assert table["bending hysteresis, course"] == ["0.0001275", "1e-05", "N"]
     assert table["bending loss of a cycle, course"] == ["0.2", "0.016", "J/m2"]
     assert table["curling moment at rest, wale"] == ["0.001", "8e-05", "N"]
+
+
+def test_bending_that_ends_early_has_the_numbers_of_the_front_and_says_so():
+    ahead = bent(1e-5, cycle=False)
+    table = {row[0]: row[1:] for row in rows.bending_rows([ahead], 0.0, None)}
+    assert table["bending stiffness, course"] == [
+        "1e-05",
+        "not known",
+        "N m",
+        "50 to 150 1/m, of the front alone",
+    ]
+    assert table["bending hysteresis, course"][:2] == ["not known", "not known"]
+    none = ahead.assign(curvature=np.nan * ahead["curvature"])
+    table = {row[0]: row[1:] for row in rows.bending_rows([none], 0.0, None)}
+    assert table["bending stiffness at first, wale"] == ["not known", "not known", "N m", rows.SLACK]
+
+
+def test_a_moment_of_rounding_is_none():
+    still = bent(1e-5)
+    flat = still.assign(moment_per_width=still["moment_per_width"] - 1e-3 + 1e-15)
+    table = {row[0]: row[1] for row in rows.bending_rows([flat], 0.1, None)}
+    assert table["curling moment at rest, course"] == "0"
+
+
+@pytest.mark.parametrize(
+    ("changes", "given"),
+    [
+        ({}, {*rows.SPACINGS}),  # drawn: the spacings are the scene's, the loop length is not
+        (
+            {"pattern.loop_length": 4.6e-3},
+            {*rows.SPACINGS, rows.LENGTH, "tightness factor", "mass per area"},
+        ),
+        (
+            {"pattern.loop_length": 4.6e-3, "load.start": "rest"},
+            {rows.LENGTH, "tightness factor"},
+        ),
+        ({"load.start": "rest"}, set()),
+    ],
+)
+def test_given_is_what_the_scene_says(jersey, changes, given):
+    assert rows.given_numbers(jersey.vary(changes)) == given
+
+
+def test_a_thickness_is_no_surer_than_beams_are_fine():
+    """Plates that hardly press leave the thickness: forces that are 11 % off then change it by nanometres."""
+    curve = pd.DataFrame({"thickness [mm]": [1.0, 0.9], "pressure [Pa]": [0.0, 1e6], rows.ENERGY: [0.0, 1.0]})
+    thickness, _ = rows.thickness_rows([curve, curve.assign(**{"pressure [Pa]": [0.0, 1.1e6]})], [49.0])
+    assert thickness[:3] == ["thickness at 49 Pa", "1", "0.012"]
+
+
+def test_small_pressures_have_increments_of_their_own():
+    """Pressure grows as a power of how far plates have closed; sums over increments have its work to 4 %."""
+    ends = [0.0]
+    for stop in sheets.CLOSE:
+        end, step = stop if isinstance(stop, list) else (stop, np.inf)
+        ends += np.linspace(ends[-1], end, 1 + max(1, round((end - ends[-1]) / step)))[1:].tolist()
+    closed = np.array(ends)
+    for exponent in (1.0, 1.5, 2.0):
+        pressure = 5e7 * closed**exponent
+        work = 5e7 * closed ** (exponent + 1) / (exponent + 1)
+        curve = pd.DataFrame(
+            {"thickness [mm]": 1 - closed, "pressure [Pa]": pressure, rows.ENERGY: 1e-3 * work}
+        )
+        for pressed in (49.0, 1000.0):
+            exact = 1e-3 * 5e7 * (pressed / 5e7) ** (1 + 1 / exponent) / (exponent + 1)
+            found = rows.energy_to(curve, "thickness [mm]", "pressure [Pa]", pressed)
+            assert found == pytest.approx(exact, rel=0.04)
+
+
+def test_slack_shear_has_no_stiffness():
+    """Loops that do not touch are resisted by the drag on loose yarns, whose size belongs to the increments."""
+    energy = np.zeros((3, 6))
+    energy[1:, [1, 5]] = [1e-15, 1e-13]  # internal; stabilisation
+    sheared = cell([0.0, 0.01, 0.02], [0.0, 1e-5, 2e-5], axis=2)
+    forms = {"form": FORMS}
+    loose = sheared.assign(energy=xr.DataArray(energy, dims=("increment", "form"), coords=forms))
+    assert rows.is_slack(loose)
+    assert not rows.is_slack(loose.assign(energy=loose["energy"][:, ::-1].assign_coords(forms)))
+    assert not rows.is_slack(loose.isel(increment=slice(1)))  # not reached
+    curves = {load: [curve_table(THERE_AND_BACK)] for load in ("course", "wale")}
+    curves["shear"] = [curve_table(loose)]
+    row = rows.load_rows(curves, 10.0, slack=True)[-1]
+    assert row[:4] == ["shear stiffness at 0.01 rad", "0", "0.001", "N/m"]
+
+
+def test_forces_in_both_directions_are_off_on_their_own():
+    """The wale force at a course force would be exact if both were wrong by one factor."""
+    curve = curve_table(THERE_AND_BACK).assign(**{rows.PULL("wale"): 100.0})
+    off = sheets._with_errors_of_model(curve, unlike=True)
+    ends = [(each[rows.PULL("course")].iloc[2], each[rows.PULL("wale")].iloc[0]) for each in off]
+    assert sorted(ends) == [pytest.approx(end) for end in ((17.8, 89), (17.8, 111), (22.2, 89), (22.2, 111))]
+    low, high = sheets._with_errors_of_model(curve, unlike=False)
+    assert [each[rows.ENERGY].iloc[2] for each in (low, high)] == pytest.approx([1.78, 2.22])
 
 
 def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_path):
@@ -353,7 +462,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     sheet = fabric_sheet(scene)
     table = sheet.numbers.set_index("quantity")
     assert table.loc["course strain at 100 N/m", ["value", "uncertainty"]].tolist() == ["9.091", "0.91"]
-    assert table.loc["thickness at 1000 Pa", ["value", "uncertainty"]].tolist() == ["0.9909", "0.00091"]
+    assert table.loc["thickness at 1000 Pa", ["value", "uncertainty"]].tolist() == ["0.9909", "0.012"]
     length = float(table.loc["length of yarn in a stitch", "value"])  # mm
     assert float(table.loc["tightness factor", "value"]) == pytest.approx(
         np.sqrt(500) / (0.1 * length), rel=1e-3
@@ -368,10 +477,12 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     counts = sheet.histories["course"].attrs["load"]
     assert counts.start == "rest_with_friction"
     assert counts.turns == pytest.approx((1.03 * 0.11,))
-    assert f"The path {scene.name}-sheet-shear ended early, at a strain of 1 %." in sheet.notes
+    assert f"The path {scene.name}-sheet-shear ended early: snaps" in sheet.notes
     assert any(note.startswith("Bending of tied yarns is not known: ") for note in sheet.notes)
     assert table.loc["length of yarn in a stitch", "uncertainty"] == "given"
     of_yarn = "friction 0.095, yarn.stretching 50 N, yarn.bending 4.5e-08 N m2, yarn.twisting 3.4e-08 N m2, "
+    changes = "as a share of itself: pattern.loop_length +0 %, yarn.diameter +0 %, yarn.bending +0 %."
+    assert any(note.endswith(changes) for note in sheet.notes)  # all paths are the same here
     assert any(f"{of_yarn}yarn.pressing 63 N, tex 500." in note for note in sheet.notes)
     monkeypatch.setattr(sheets, "loss_of_cycle", lambda curve: None)
     sheet.write(tmp_path)
@@ -379,7 +490,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     *_, numbers = re.split(r"\*SHELL GENERAL SECTION.*", deck)
     section = dict(zip(SHELL_ENTRIES, map(float, re.split("[,\\n]+", numbers.strip())), strict=True))
     bends = {name: section.pop(name) for name in ("D44", "D55", "D66")}
-    assert bends == {"D44": 1e-5, "D55": 1e-5, "D66": 5e-6}
+    assert bends == {"D44": 2e-5, "D55": 2e-5, "D66": 1e-5}
     assert {name for name, value in section.items() if value} <= {"D11", "D12", "D22", "D13", "D23", "D33"}
     assert 500 < section["D11"] < 2000
     assert "D66 is not known" in deck.replace("\n** ", " ")
@@ -387,7 +498,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     curls = replace(sheet, numbers=sheet.numbers.assign(value=sheet.numbers["value"].mask(row, "-1e-05")))
     page = curls.write(tmp_path / "curls")[0].read_text()
     assert not (tmp_path / "curls" / "shell.abaqus.inp").exists()
-    assert "these are 1e-05 and -1e-05 N m (course, wale)" in page
+    assert "these are 2e-05 and -1e-05 N m (course, wale)" in page
 
 
 def test_both_yarns_of_a_fabric_are_named():

@@ -137,6 +137,40 @@ def test_a_plated_yarn_has_the_fibres_of_both(tmp_path):
     assert plated["pressing_exponent"] == ends["nylon-78dtex"].values["pressing_exponent"].value
 
 
+PLATED = """
+strands:
+- {{fibre: elastane, tex: 2.2, fibre_tex: 2.2}}
+- {{fibre: cotton, tex: 20.0, fibre_tex: 0.165{more}}}
+values:
+  packing: {packing}
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "expected"),
+    [
+        (", pull: 0.13, extension: 0.071", 2.2 * 0.011 + 20.0 * 0.13 / 0.071),
+        ("", 2.2 * 0.011 + 20.0 * 5.0),
+        (", pull: 0.13, extension: 0.071, length: 3.0", 2.2 * 0.011),
+    ],
+)
+def test_strands_of_one_length_pull_side_by_side_and_a_longer_cover_does_not(tmp_path, more, expected):
+    """Elastane plated with cotton is as stiff as both, 36.6 N; as a core that cotton covers it pulls alone, 0.024 N."""
+    path = tmp_path / "plated.yaml"
+    path.write_text(PLATED.format(more=more, packing=PACKING))
+    values = read_yarn(str(path)).values
+    assert values["stretching"].value == pytest.approx(expected)
+    low, high = values["stretching"].interval
+    assert low <= values["stretching"].value <= high == pytest.approx(2.2 * 0.0176 + 20.0 * 7.3)
+
+
+def test_a_point_of_the_curve_of_a_strand_has_both_its_values(tmp_path):
+    path = tmp_path / "plated.yaml"
+    path.write_text(PLATED.format(more=", pull: 0.13", packing=PACKING))
+    with refusal("strand cotton: pull and extension belong together"):
+        read_yarn(str(path))
+
+
 def test_stretching_is_a_point_of_the_curve_or_that_of_the_core():
     cotton, covered = (read_yarn(name).values for name in ("cotton-20tex", "elastane-covered"))
     assert cotton["stretching"].value == pytest.approx(20.0 * 0.13 / 0.071)

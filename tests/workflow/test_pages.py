@@ -12,6 +12,8 @@ import nbformat
 import pytest
 from conftest import Checkout
 
+from knitstudy.files import STRAINS, read_dataset
+
 ROOT = Path(__file__).resolve().parents[2]
 NO_WINDOW = {"MPLBACKEND": "agg"}
 
@@ -108,6 +110,73 @@ ANSWERS = {  # by the page of a question: what its commands print, and the files
 SCREEN = 45  # lines
 
 
+def end(scene, variable, plane=None):
+    """Return how a number of a page is read: the end of a variable of a history of its commands."""
+
+    def read(folder):
+        value = read_dataset(folder / "runs" / "simulation" / f"{scene}.nc")[variable][-1]
+        return float(value if plane is None else value[STRAINS.index(plane)])
+
+    return read
+
+
+def scaled(read, factor):
+    """Return how a number is read in another unit."""
+    return lambda folder: factor * read(folder)
+
+
+def at_rest(folder):
+    """Distance of the plates that touch the jersey first [mm]."""
+    return 1e3 * float(read_dataset(folder / "runs" / "simulation" / "press.nc")["thickness"][0])
+
+
+NUMBERS = {  # by page: its words around numbers {}, and how each is read from what its commands have written
+    JERSEY: {
+        "with a ninth of the bending the {} N/m below are {} N/m": (
+            end("jersey", "force_per_width", "course"),
+            end("spun", "force_per_width", "course"),
+        ),
+        "| course force over width | {} N/m | {} N/m |": (
+            end("jersey", "force_per_width", "course"),
+            end("solids", "force_per_width", "course"),
+        ),
+        "| wale strain: the knit contracts | {} % | {} % |": (
+            scaled(end("jersey", "cell_strain", "wale"), 100),
+            scaled(end("solids", "cell_strain", "wale"), 100),
+        ),
+    },
+    "how-to/loads": {
+        "| shear, free along both edges | 5 % | {} N/m |": (end("shear", "force_per_width", "shear"),),
+        "| course strain 10 % | course {}, wale {} N/m |": (
+            end("both", "force_per_width", "course"),
+            end("both", "force_per_width", "wale"),
+        ),
+        "| wale, free across | 10 % | {} N/m |": (end("wale", "force_per_width", "wale"),),
+        "| 3 %, from {} to {} mm | {} kPa |": (
+            at_rest,
+            scaled(end("press", "thickness"), 1e3),
+            scaled(end("press", "pressure"), 1e-3),
+        ),
+    },
+}
+PRINTED = (
+    0.01  # of a number: pages round to three digits; these cells start from drawn loops, which no rest moves
+)
+
+
+def require_numbers(page, folder):
+    """Compare the numbers of a page with what its commands have written."""
+    text = (ROOT / f"docs/{page}.md").read_text(encoding="utf-8")
+    for words, reads in NUMBERS.get(page, {}).items():
+        pattern = re.escape(words).replace(r"\{\}", r"(-?[\d.]+)")
+        found = re.search(pattern, text)
+        assert found, f"{page} has no {words!r}"
+        for number, read in zip(found.groups(), reads, strict=True):
+            last_digit = 10.0 ** -len(number.partition(".")[2])
+            expected = pytest.approx(read(folder), rel=PRINTED, abs=0.5 * last_digit)
+            assert float(number) == expected, f"{page}: {words}"
+
+
 @pytest.fixture(scope="module")
 def jersey(tmp_path_factory):
     """A folder with the jersey that the pages of questions go on with."""
@@ -132,6 +201,7 @@ def test_a_page_answers_its_question(checkout_copy, jersey, page):
     answer, *files = ANSWERS[page]
     assert answer in printed
     assert all((jersey / name).stat().st_size > 200 for name in files)
+    require_numbers(page, jersey)
 
 
 @pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake", "how-to/yarns"])

@@ -39,7 +39,7 @@ def test_from_a_sample_to_a_promise(fresh):
     assert "2 of 2 knits, " in ended.stdout
     assert ", 0 runs failed" in ended.stdout
     promised = plan()
-    assert "take yarns2: error at most" in promised.stdout, promised.stderr
+    assert "take yarns2: error of the simulation at most" in promised.stdout, promised.stderr
     assert "on 50 % of the knits in the box of config/trade.yaml, at 50 % confidence" in promised.stdout
 
     beyond = ("--set", "yarn.poisson_ratio=0.47")

@@ -27,7 +27,13 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, KnitstudyError
+from knitstudy.errors import (
+    ConfigurationError,
+    ConvergenceError,
+    DataFileError,
+    KnitstudyError,
+    message_of,
+)
 from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.models.beam import CellOfBeams
@@ -38,12 +44,20 @@ from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.mechanics.arrays import Floats
+from knitstudy.run.inputs import SHARE, STEP, Changed, changed, inputs_of
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, NotKept, Store
 from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
 from knitstudy.use.fabric_law import membrane
-from knitstudy.use.measured_curve import PULL, STRAIN, curve_table, force_over_strain, loss_of_cycle
+from knitstudy.use.measured_curve import (
+    PULL,
+    STRAIN,
+    branches,
+    curve_table,
+    force_over_strain,
+    loss_of_cycle,
+)
 from knitstudy.use.sheet_numbers import (
     NOT_KNOWN,
     PRESS,
@@ -51,6 +65,7 @@ from knitstudy.use.sheet_numbers import (
     SHEARED,
     bending_rows,
     construction_rows,
+    is_slack,
     load_rows,
     thickness_rows,
     when,
@@ -62,13 +77,18 @@ log = logging.getLogger(__name__)
 FORCE = 100.0  # N/m
 PRESSURES = (49.0, 1000.0, 4900.0)  # Pa, of KES-FB3, ISO 5084, and the largest one of KES
 BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
+LIGHT = 0.1  # of that force: where strains change with inputs most
+SIZES = ("pattern.loop_length", "pattern.course_spacing")
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
 COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the path that finds the strain
-CLOSE = [[0.01, 0.0025], [0.1, 0.01], [0.88, 0.04]]  # ends of increments between plates
+# Ends of increments between plates. Pressure rises from nothing as a power of how far plates have closed: increments
+# that grow by the same ratio have its work to 4 % at any small pressure, up to a power of 2.
+CLOSE = [*(1e-5 * 2 ** (0.5 * np.arange(22))).tolist(), [0.1, 0.01], [0.88, 0.04]]
 EVEN = 15  # increments of a leg of the path that counts
 BACK = 0.02  # of the largest strain, where a cycle ends
 MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
+ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
 VERIFIED, ERROR = 0.3, 0.11  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
@@ -215,22 +235,25 @@ def fabric_sheet(
     each: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
     each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
     each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
+    inputs = _inputs(cell)
+    each += [partial(_Maker.with_input, key=key, force=LIGHT * force) for key in inputs]
     made = iter(maker.side_by_side([*each, _Maker.tied]))
     bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
-    pressed, tied = [next(made) for _ in starts], next(made)
+    pressed = [next(made) for _ in starts]
+    answers, tied = [next(made) for _ in inputs], next(made)
     other = maker.coarse if len(starts) > 1 else {}
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
     curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
     curves[PRESS] = [curve_table(of) for of in pressed]
-    for both in curves.values() if verified else ():
-        forces = both[0].filter(regex="force|pressure|energy")
-        both += [both[0].assign(**factor * forces) for factor in (1 - ERROR, 1 + ERROR)]
+    for load, both in curves.items() if verified else ():
+        both += _with_errors_of_model(both[0], unlike=load.startswith(BOTH))
     told = cell.tex if isnan(tex) else tex
     maker.notes.insert(0, _of_yarns(cell, told))
+    maker.notes.insert(1, _of_inputs(maker, answers, LIGHT * force))
     rows = [
         *construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
         *thickness_rows(curves[PRESS], pressures),
-        *load_rows(curves, force),
+        *load_rows(curves, force, is_slack(histories["shear"])),
         *bending_rows(bent, ERROR if verified else 0.0, tied),
     ]
     return Sheet(
@@ -241,6 +264,17 @@ def fabric_sheet(
         histories=histories,
         tied=tied,
     )
+
+
+def _with_errors_of_model(curve: pd.DataFrame, unlike: bool) -> list[pd.DataFrame]:
+    """Return a curve with all forces as far off as those of beams may be; both directions `unlike` as well."""
+    forces = curve.filter(regex="force|pressure|energy")
+    wale = forces.columns.str.startswith("wale")
+    signs = [(course, across) for course in (-1, 1) for across in ((-1, 1) if unlike else (course,))]
+    return [
+        curve.assign(**forces * np.where(wale, 1 + across * ERROR, 1 + course * ERROR))
+        for course, across in signs
+    ]
 
 
 def cell_of(scene: Scene) -> CellOfBeams:
@@ -267,6 +301,29 @@ def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
             said.append(f"{key} {value:.4g} {unit_of(key)}")
     said.append(f"tex {_each(tex)}")
     return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."
+
+
+def _inputs(cell: CellOfBeams) -> list[str]:
+    """Return the inputs that strains change with most: the yarn in a stitch or what it is drawn for, and the yarn's."""
+    known = inputs_of(cell)
+    size = next((key for key in SIZES if key in known), None)
+    return [key for key in (size, "yarn.diameter", "yarn.bending") if key in known]
+
+
+def _of_inputs(maker: _Maker, answers: Sequence[Changed], force: float) -> str:
+    """Return the note that says what a strain changes with."""
+    curve = curve_table(maker.coarse["course"])
+
+    def strain(force: float) -> float:
+        return when(curve, STRAIN("course"), PULL("course"), force)
+
+    effects = [answer.effect(strain(force)) for answer in answers]
+    if maker.cell.value("yarn.bending") is None:  # forces are proportional to the modulus
+        stiffer = Changed("yarn.youngs_modulus", 1 + STEP, strain(force / (1 + STEP)))
+        effects.append(stiffer.effect(strain(force)))
+    shares = ", ".join(str(effect) for effect in effects if effect) or NOT_KNOWN
+    more = f"Of {PERCENT * SHARE:g} % more of an input"
+    return f"{more}, the course strain at {force:g} N/m changes, as a share of itself: {shares}."
 
 
 def _each(values: Floats | float) -> str:
@@ -298,13 +355,37 @@ class _Maker:
         strain = when(curve_table(found), STRAIN(along), PULL(along), self.force)
         most = SHEAR if load == "shear" else float(found["strain"].max())
         strain = most if isnan(strain) else BEYOND * strain
+        made = self._evenly(load, keys, strain)
+        if load == "shear" or ENDED in made.attrs:
+            return made
+        # Friction at rest may hold the fabric at another size, from which the force is reached farther on.
+        curve = force_over_strain(curve_table(made), along)
+        rising = branches(curve)[0]
+        missing, slope = self.force - rising.iloc[-1], np.gradient(rising, rising.index)[-1]
+        if missing > (1 - 1 / FARTHER) * self.force and slope > 0:
+            made = self._evenly(f"{load} farther", keys, strain + missing / slope)
+        return made
+
+    def _evenly(self, name: str, keys: dict[str, Any], strain: float) -> xr.Dataset:
+        """Return the history of a load to a strain and back, in even increments, from the start that counts."""
         even = keys | {"load.start": self.starts[0], "solver.increments": EVEN}
         even |= {"load.strain": strain, "load.largest_force": self.force if strain == SHEAR else None}
-        if load == "shear" and strain > SHEARED:
+        if keys["load.deformation"] == "shear" and strain > SHEARED:
             even |= {"load.stops": [SHEARED]}  # no number between two increments
-        if load in STRAINS[:2]:
+        if keys["load.deformation"] in STRAINS[:2]:
             even |= {"load.turns": [strain], "load.strain": BACK * strain, "solver.increments": 2 * EVEN}
-        return self._run(load, even)
+        return self._run(name, even)
+
+    def with_input(self, key: str, force: float) -> Changed:
+        """Return the course strain at a force per width [N/m] with a changed input."""
+        keys = {"load.deformation": "course", "load.ratio": 1.0, "load.strain": 4.0, "load.stops": COARSE}
+        keys |= {"load.largest_force": force, "load.start": self.starts[-1], "solver.increments": 1}
+
+        def strain(scene: Scene) -> float:
+            history = self.store.get(self.plan.step("simulation", self.plan.labelled(scene.vary(keys))))
+            return when(curve_table(history), STRAIN("course"), PULL("course"), force)
+
+        return changed(self.cell, key, strain)
 
     def pressed(self, start: str, pressure: float) -> xr.Dataset:
         """Return the history between plates from a start, up to a pressure [Pa]."""
@@ -319,7 +400,7 @@ class _Maker:
         try:  # other models know no shape at rest
             return self._run("tied", keys, self.cell.vary({"load.start": "drawn"}))
         except KnitstudyError as error:
-            self.notes.append(f"Bending of tied yarns is not known: {error}.")
+            self.notes.append(f"Bending of tied yarns is not known: {message_of(error)}.")
             return None
 
     def bending(self, start: str) -> xr.Dataset:
@@ -373,8 +454,7 @@ class _Maker:
             if error.history is None:
                 raise
             history = error.history
-            last = PERCENT * float(history["strain"][-1])
-            self.notes.append(f"The path {name} ended early, at a strain of {last:.3g} %.")
+            self.notes.append(f"The path {name} {history.attrs.get(ENDED, f'ended early: {error}')}")
         return history
 
 

@@ -317,6 +317,15 @@ class Strand(Section):
     tex: Positive = declared(unit="g/km")
     fibre_tex: Positive = declared(unit="g/km")
     length: float = declared(meaning="metres of it in a metre of the yarn", default=1.0, ge=1)
+    pull: Positive | None = declared(
+        unit="N/tex", meaning="tension at `extension`, a point of its curve as a yarn", default=None
+    )
+    extension: Positive | None = declared(meaning="strain of it at `pull`", default=None)
+
+    @property
+    def pulls_by(self) -> float | None:
+        """Pull over extension [N/tex]; None where it pulls as straight fibres do."""
+        return None if self.pull is None or self.extension is None else self.pull / self.extension
 
 
 class YarnFile(Section):
@@ -374,19 +383,29 @@ def _estimates(strands: list[Strand], values: Mapping[str, Value], where: str) -
         raise ConfigurationError(f"{where}: packing is missing or not above 0 and <= 1; a diameter needs it")
     if min(known.get("extension", [1])) <= 0:
         raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
+    if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
+        raise ConfigurationError(f"{where}: strand {halves[0]}: pull and extension belong together; set both")
     fibres = [_values(find("fibre", read_yaml(FIBRES), s.fibre, where), OF_FIBRE, where) for s in strands]
     rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
     T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)
     tex, volume, straight = np.sum([T * length, T * length / rho[:, OTHER], E * T], axis=1)
     diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
     curve = {"pull", "extension"} <= known.keys()
-    slack = tex * known["pull"] / known["extension"][OTHER] if curve else np.min(E * T, axis=0)
+    # Strands of one length are parallel springs; longer ones, such as turns around a core, are slack at first.
+    pulling = np.array(
+        [E_s if s.pulls_by is None else 3 * [s.pulls_by] for s, E_s in zip(strands, E, strict=True)]
+    )
+    shortest = np.sum(pulling * T, axis=0, where=length <= np.min(length))
+    slack = tex * known["pull"] / known["extension"][OTHER] if curve else shortest
     sliding = SHAPE * 1e-6 * np.sum(E * T * t / (4 * pi * rho[:, OTHER] * length), axis=0)
     stretching, bending = np.where(UPPER, (straight, straight * diameter**2 / 16), (slack, sliding))
     found = {
         "tex": (tex, "sum of T length"),
         "diameter": (diameter, "sqrt(4 V / (pi packing)), V = sum of T length / rho"),
-        "stretching": (stretching, "tex pull / extension, else that of the softest strand; up to sum of E T"),
+        "stretching": (
+            stretching,
+            "tex pull / extension, else sum of T pull / extension, or E T, of shortest strands; up to sum of E T",
+        ),
         "bending": (bending, "sum of eta E T t / (4 pi rho length); up to d2 / 16 times sum of E T"),
         "twisting": (bending * [1 / 1.33, 1 / 1.33, 0.1], "bending / (1 + 0.33); down to bending / 10"),
         "pressing": (pressure[-1] * diameter**2, "pressure d2, of the outer strand"),

@@ -92,7 +92,7 @@ class ModelSetting:
 
     def __str__(self) -> str:
         price = f"{digits(self.seconds)} s (at most {digits(self.most_seconds)}) and {digits(self.memory)} MB"
-        return f"{self.name}: error at most {digits(100 * self.error)} %, {price}"
+        return f"{self.name}: error of the simulation at most {digits(100 * self.error)} %, {price}"
 
 
 @dataclass(frozen=True)

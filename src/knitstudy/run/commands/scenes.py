@@ -224,7 +224,7 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes
 @console.config_option
 def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float | None) -> None:
     """Print the cheapest model that answers a question about a scene accurately enough, the error that is
-    promised, and the price. Nothing runs.
+    promised, and the price. Cells of the endless fabric say, in some seconds, which inputs the force changes with most.
 
     Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box nothing
     is promised: `knitstudy measure SCENE` measures them on this knit.
@@ -281,20 +281,31 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
     console.print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
+def _print_inputs(problem: Problem) -> None:
+    """Print the inputs that the force of an endless cell changes most with, and how a spun yarn bends."""
+    from knitstudy.run.inputs import SHARE, against_shelf, effects_on_force
+
+    if effects := effects_on_force(problem):
+        what = f"force of an endless cell, for {100 * SHARE:g} % more of an input"
+        click.echo(f"{what}: yarn.youngs_modulus {100 * SHARE:+g} %, {', '.join(map(str, effects))}")
+    click.echo(against_shelf(problem.scene))
+
+
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
     problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
     name, interaction = problem.scene.name, word_of(problem.scene.interaction)
     click.echo(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
-    click.echo(f"take {setting}, {choice.promises.basis}")
+    click.echo(f"take {setting}, for the values you gave, {choice.promises.basis}")
     if offer := without_edges(problem, ask):
         click.echo(offer)
+    _print_inputs(problem)
     beside, rows = choice.beside, []
     for option in front(choice.settings):
         price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
         other = [digits(100 * beside.get(option.name, nan))] if beside else []
         rows.append((option.name, *price, *other, "taken" if option == setting else ""))
-    columns = ["model", "error at most [%]", "seconds", "at most", "MB"]
+    columns = ["model", "error of the simulation at most [%]", "seconds", "at most", "MB"]
     if beside:
         columns.append(f"of the {BESIDE[ask.question]} [%]")
     console.print_table((*columns, ""), rows)
