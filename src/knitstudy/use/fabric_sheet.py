@@ -114,11 +114,11 @@ class Sheet:
         try:
             law = membrane(self.histories)
             for dialect in LAWS:
+                write_membrane(law, folder / MEMBRANE(dialect), dialect, self.scene.name)
                 files.append(MEMBRANE(dialect))
-                write_membrane(law, folder / files[-1], dialect, self.scene.name)
             if course > 0 and wale > 0:
-                files.append(SHELL)
                 write_sliding(law, (course, wale), folder / SHELL, self.scene.name)
+                files.append(SHELL)
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane: {error}.")
         if SHELL not in files:
