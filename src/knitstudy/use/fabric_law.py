@@ -113,7 +113,7 @@ class States(Chosen):
 
     @property
     def scale(self) -> np.ndarray:
-        """Forces (n, 3) that residuals are over [N/m]: tension or shear, the larger one, of the path; the other of all."""
+        """Forces (n, 3) that residuals are over [N/m]: tension or shear of the path, the larger one; else of all."""
         size = np.stack([np.linalg.norm(self.force[:, :2], axis=1), np.abs(self.force[:, 2])], axis=1)
         reached = np.empty_like(size)
         for name in dict.fromkeys(self.path):

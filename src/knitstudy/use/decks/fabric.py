@@ -65,16 +65,28 @@ def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     _write_section(section_matrix(history), path, scene.name, remark)
 
 
-def write_sliding(fitted: xr.Dataset, bending: tuple[float, float], path: Path | str, title: str) -> None:
-    """Write that of yarns that slide, from a dataset of `use.fabric_law.membrane` and two bending stiffnesses [N m]."""
-    twist = 0.5 * float(np.sqrt(np.prod(bending)))
-    remark = comment(
-        "NOT QUITE THE SECTION of yarns that slide. D11 to D33 are the linear law of the membrane; D44 and D55 are the "
-        "slopes of its moments from 50 to 150 1/m. D45 and D14 to D36, bending with stretching, are not known and 0 "
-        "here; D66 is not known and estimated as sqrt(D44 D55) / 2, that of a plate which does not curve across."
-    )
+def write_sliding(
+    fitted: xr.Dataset, bending: tuple[float, float] | xr.Dataset, path: Path | str, title: str
+) -> None:
+    """Write that of yarns that slide, from a dataset of `use.fabric_law.membrane`.
+
+    `bending` are stiffnesses [N m] of yarns that slide, in course and wale direction, or the history of a tied cell.
+    """
     membrane = _linear_form(fitted)
-    _write_section(block_diag(membrane, np.diag([*bending, twist])), path, title, remark + _forces(fitted))
+    if isinstance(bending, xr.Dataset):
+        block = bending["bending_stiffness"].to_numpy()
+        known = "D44 to D66 are those of yarns that are tied where they cross, at their drawn loops"
+    else:
+        block = np.diag([*bending, 0.5 * float(np.sqrt(np.prod(bending)))])
+        known = (
+            "D44 and D55 are the slopes of its moments from 50 to 150 1/m; D45 is not known and 0 here; D66 is "
+            "not known and estimated as sqrt(D44 D55) / 2, that of a plate which does not curve across"
+        )
+    remark = comment(
+        f"NOT QUITE THE SECTION of yarns that slide. D11 to D33 are the linear law of the membrane; {known}. D14 to "
+        "D36, bending with stretching, are not known and 0 here."
+    )
+    _write_section(block_diag(membrane, block), path, title, remark + _forces(fitted))
 
 
 def _write_section(matrix: np.ndarray, path: Path | str, title: str, remark: str) -> None:
