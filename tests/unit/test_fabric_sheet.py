@@ -198,8 +198,10 @@ def test_a_sheet_is_a_page_with_tables_and_decks(made, tmp_path):
     text = page.read_text()
     assert "<td>stitch density</td>" in text
     assert all(file.stat().st_size > 100 and file.name in text for file in files)
-    assert "shell.abaqus.inp is of tied yarns: " in text  # rows of drawn loops do not touch
-    assert "Yarns are tied where they cross" in (tmp_path / "shell.abaqus.inp").read_text()
+    assert "shell.abaqus.inp bends as tied yarns, since" in text  # rows of drawn loops do not touch
+    shell = (tmp_path / "shell.abaqus.inp").read_text()
+    assert "D44 to D66 are those of yarns that are tied" in " ".join(shell.replace("\n** ", " ").split())
+    assert "N/m, cell " in shell
     assert {file.name for file in files} >= {
         "numbers.csv",
         "curves.csv",

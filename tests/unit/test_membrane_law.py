@@ -1,10 +1,13 @@
 """Laws of a membrane: uniaxial tension, laws found again from states, decks and strips by the commands."""
 
+import re
+
 import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from fabric_states import cells_of_knits
 from refusals import refusal
 from scipy.optimize import brentq
 
@@ -14,8 +17,16 @@ from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.store import described
-from knitstudy.use.decks.fabric import THICKNESS, solid_entries
-from knitstudy.use.fabric_law import States, fit_exponentials, law_of, membrane
+from knitstudy.use.decks.fabric import THICKNESS, solid_entries, write_membrane, write_sliding
+from knitstudy.use.fabric_law import (
+    States,
+    fit_exponentials,
+    fit_linear,
+    forces_beside,
+    forces_on_paths,
+    law_of,
+    membrane,
+)
 from knitstudy.use.measured_curve import read_curve
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
@@ -23,10 +34,12 @@ COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5],
 ORTHOTROPIC = ExponentialLaw(np.diag([20.0, 60.0, 9.0]), np.array([3.0]), np.array([[6.0, 4.0, 0.0]]))
 
 
-def test_residuals_are_over_the_force_and_a_share_of_the_largest_on_the_path():
-    force = np.array([[0.0, 3.0, 4.0], [0.0, 0.0, 100.0], [200.0, 0.0, 0.0]])
-    states = States(np.zeros((3, 3)), force, np.array(["soft", "soft", "stiff"], dtype=object))
-    np.testing.assert_allclose(states.scale, [10.0, 105.0, 210.0])
+def test_residuals_are_over_the_tension_and_the_shear_that_a_path_reaches():
+    force = np.array([[3.0, 4.0, 0.0], [0.0, 0.0, 2.0], [200.0, 0.0, 0.0], [60.0, 80.0, 0.0]])
+    states = States(np.zeros((4, 3)), force, np.array(["wale", "shear", "course", "wale"], dtype=object))
+    wale = [100.0, 100.0, 2.0]
+    # The edges of the shear are free: tension that the law has there is over that of the fabric
+    np.testing.assert_allclose(states.scale, [wale, [200, 200, 2], [200, 200, 2], wale])
 
 
 def test_uniaxial_tension_of_one_ridge_beside_a_diagonal_form():
@@ -78,7 +91,7 @@ def test_fit_comes_near_a_law_that_is_not_in_its_dictionary(law, mirrored):
 def test_intervals_hold_the_form_of_a_quadratic_law():
     form = np.array([[20.0, 8.0, 0], [8.0, 60.0, 0], [0, 0, 9.0]])
     states = States.of(cells(ExponentialLaw(form, np.empty(0), np.empty((0, 3)))))
-    noise = 0.01 * np.random.default_rng(2).normal(size=states.force.shape) * states.scale[:, None]
+    noise = 0.01 * np.random.default_rng(2).normal(size=states.force.shape) * states.scale
     fit = fit_exponentials(States(states.stretch, states.force + noise, states.path), sizes=(0.0,))
     off = np.abs(fit.value - form[np.tril_indices(3)])
     assert fit.error == pytest.approx(0.01 * 3**0.5, rel=0.2)
@@ -86,11 +99,122 @@ def test_intervals_hold_the_form_of_a_quadratic_law():
     assert np.all(fit.half[[0, 2, 5]] < 0.05 * np.diag(form))
 
 
+@pytest.mark.parametrize("mirrored", [True, False])
+def test_the_linear_law_of_linear_states_is_theirs(mirrored):
+    form = np.array([[20.0, 8.0, 0], [8.0, 60.0, 0], [0, 0, 9.0]]) if mirrored else FORM
+    states = States.of(cells(ExponentialLaw(form, np.empty(0), np.empty((0, 3)))))
+    np.testing.assert_allclose(fit_linear(states, mirrored), form, atol=1e-9)
+
+
+def test_forces_on_paths_are_free_where_the_states_are():
+    """Course tension free across of E = (x, -A12 / A22 x): the force of Young's modulus."""
+    form = np.array([[20.0, 8.0, 0], [8.0, 60.0, 0], [0, 0, 9.0]])
+    law = ExponentialLaw(form, np.empty(0), np.empty((0, 3)))
+    free = States(
+        np.array([[0.1, -0.3, 0.0]]), np.array([[5.0, 0.0, 0.0]]), np.array(["course"], dtype=object)
+    )
+    expected = 1.1 * 0.105 * (20 - 8**2 / 60)
+    np.testing.assert_allclose(forces_on_paths(law, free), [[expected, 0, 0]], atol=1e-9)
+
+
+@pytest.mark.parametrize("fabric", cells_of_knits())
+def test_a_deck_of_a_knit_carries_the_forces_of_its_cell(fabric):
+    """Free across; least squares at given strains left 1e-15 of them to the jersey's deck."""
+    fitted = membrane(cells_of_knits()[fabric])
+    assert not fitted.attrs["refused"]
+    assert fitted.attrs["eigenvalues"] > 1e-3
+    work = {}  # of the forces of deck and cell along the strains of a path
+    for path, _, strain, *forces in forces_beside(fitted, "deck"):
+        work[path] = work.get(path, 0.0) + strain * np.array(forces)
+    for path, (deck, cell) in work.items():
+        assert 0.5 < deck / cell < 2, path
+
+
+def test_a_cell_that_leans_by_itself_has_no_say_in_the_stiffness_in_shear():
+    """The rib leans by 0.5 on its way along the courses; its shear is tried to 0.01."""
+    fitted = membrane(cells_of_knits()["acrylic rib"])
+    for law in ("law", "deck"):
+        (force, cell), *_ = [row[3:] for row in forces_beside(fitted, law) if row[1] == "shear"]
+        assert force == pytest.approx(cell, rel=0.05)
+
+
+def test_the_law_of_the_jersey_has_the_force_of_its_cell_in_course_tension():
+    """76 N/m for 51.5 where the few N/m of shear outweighed it."""
+    rows = forces_beside(membrane(cells_of_knits()["jersey"]), "law")
+    (force, cell), *_ = [row[3:] for row in rows if row[0] == "course"]
+    assert force == pytest.approx(cell, rel=0.05)
+
+
+def stiffening(rate, both):
+    """Histories of an orthotropic fabric that stiffens at a rate, strained both ways up to a share of one way."""
+    law = ExponentialLaw(np.eye(3), np.array([1e-3, 1e-3]), rate * np.eye(3)[:2])
+    ways = {"course": (1, 0, 0), "wale": (0, 1, 0), "both": (both, both, 0), "shear": (0, 0, 1)}
+    return {
+        name: xr.Dataset(
+            {
+                "cell_strain": (
+                    ("increment", "plane"),
+                    (stretch := 0.3 * np.outer(np.linspace(0, 1, 13), way)),
+                ),
+                "force_per_width": (("increment", "plane"), forces_per_width(law, stretch)),
+            }
+        )
+        for name, way in ways.items()
+    }
+
+
+def test_a_secant_stands_in_where_the_law_of_all_states_misses_a_path(tmp_path):
+    fitted = membrane(stiffening(20.0, both=0.5))
+    assert fitted.attrs["secant"] == 1
+    assert not fitted.attrs["refused"]
+    strains = {path: strain for path, way, strain, *_ in forces_beside(fitted, "deck") if path == way}
+    assert strains["course"] == pytest.approx(0.15), "half of the largest"
+    write_membrane(fitted, tmp_path / "deck.inp", "calculix", "stiffening")
+    text = (tmp_path / "deck.inp").read_text()
+    assert "A SECANT" in text
+    assert "** course, course 15 %: deck" in text
+
+
+def test_no_deck_is_written_where_every_linear_law_misses_a_path(results, tmp_path):
+    cells = stiffening(40.0, both=0.25)
+    fitted = membrane(cells)
+    with refusal("off the forces of the cell by a factor of 3.37, above 2"):
+        write_membrane(fitted, tmp_path / "deck.inp", "calculix", "stiffening")
+    scene = load_scene("cell-course")
+    for name, history in cells.items():
+        write_dataset(described(history, Plan({}).step("simulation", scene)), tmp_path / f"{name}.nc")
+    (tmp_path / "law.abaqus.inp").write_text("an earlier one")
+    ended = command("membrane", *(tmp_path / f"{name}.nc" for name in cells), "-o", tmp_path / "law.nc")
+    assert ended.exit_code == 0
+    assert "no deck is written: " in ended.stderr
+    assert not list(tmp_path.glob("*.inp"))
+
+
+def test_a_singular_law_is_for_no_deck():
+    """States whose stresses stand in nearly one ratio, as the jersey's deck had it."""
+    law = ExponentialLaw(
+        np.array([[4.0, 2.0, 0], [2.0, 1.0 + 1e-5, 0], [0, 0, 1.0]]), np.empty(0), np.empty((0, 3))
+    )
+    fitted = membrane(cells(law))
+    with refusal("the linear law is singular"):
+        write_membrane(fitted, "deck.inp", "calculix", "singular")
+
+
+def test_a_section_without_a_stiffness_is_for_no_deck(tmp_path):
+    fitted = membrane(cells(ORTHOTROPIC))
+    write_sliding(fitted, (1e-6, 2e-6), tmp_path / "shell.inp", "shell")
+    with refusal("no stiffness in one way of stretching and bending"):
+        write_sliding(fitted, (1e-6, 0.0), tmp_path / "shell.inp", "shell")
+
+
 def test_a_law_comes_back_from_its_dataset():
     fitted = membrane(cells(ORTHOTROPIC))
     again, strain = law_of(fitted), np.array([0.1, 0.05, 0.02])
-    np.testing.assert_allclose(again.stress(strain), ORTHOTROPIC.stress(strain), atol=0.2)  # of 24
-    assert fitted.attrs["error"] < 0.012 < fitted.attrs["linear_error"]
+    np.testing.assert_allclose(
+        again.stress(strain), ORTHOTROPIC.stress(strain), atol=0.4
+    )  # of 24, and of 190 at the ends
+    assert fitted.attrs["error"] < 0.012
+    assert fitted.attrs["factor"] > 1.01
     assert set(fitted["path"].values) == set(cells(ORTHOTROPIC))
 
 
@@ -101,6 +225,9 @@ def test_states_that_do_not_say_a_stiffness_are_refused():
     slack = cells(ORTHOTROPIC)["shear"].assign(force_per_width=lambda cell: 0 * cell["force_per_width"])
     with refusal("slack: has no forces; leave it out"):
         States.of(few | {"slack": slack})
+    slack["force_per_width"][-1, 0] = 1.0
+    with refusal("no state has a force in shear"):
+        States.of(few | {"shear": slack})
 
 
 def test_the_largest_strain_is_that_of_tension_not_of_contraction():
@@ -139,7 +266,7 @@ def test_a_law_has_coefficients_intervals_and_decks(law):
     form = fitted["linear_form"].to_numpy()[[0, 0, 1], [0, 1, 1]]
     for dialect, count in (("abaqus", 23), ("calculix", 22)):
         text = law.with_suffix(f".{dialect}.inp").read_text()
-        assert "% off the cell" in " ".join(text.replace("\n** ", " ").split())
+        assert re.search(r"\*\* course, course 20 %: deck [\d.]+ N/m, cell [\d.]+ N/m\n", text)
         assert "COURSE\n1., 0., 0., 0., 1., 0.\n3, 0.\n*MATERIAL" in text  # local 3 is the normal
         block = text.partition("*MATERIAL, NAME=FABRIC\n")[2].partition("*MEMBRANE SECTION")[0]
         numbers = [float(each) for each in " ".join(block.splitlines()[1:]).replace(",", " ").split()]

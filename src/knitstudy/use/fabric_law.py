@@ -1,14 +1,18 @@
-"""The law of a fabric as a membrane, fitted to states of its cell, and strips of the fabric with that law.
+"""The laws of a fabric as a membrane, fitted to states of its cell, and strips of the fabric with such a law.
 
 States are stretches and the forces per width with them.
 
-Residuals are differences of forces per width over the force of the state, to which a part `FLOOR` of the largest force
-of its path is added: so small forces count, and rounding near rest does not. Weights of the law of exponentials
-(`mechanics.membrane_law`) are not negative and forces linear in them: of a dictionary of quadratic and exponential
-terms, non-negative least squares (Lawson and Hanson 1974, chapter 23) find the nearest convex law and choose its terms;
-terms that are not needed for the wanted error go, one by one. Intervals follow from linear least squares with
-Student's t for the terms that stay, as if residuals were independent noise. Residuals are in fact deviations of the
-law's form, so `error` is the better measure.
+**Exponentials.** Residuals are differences of forces per width over the force that a path reaches: tensions over its
+largest tension where that is more than its shear, shear over its largest shear force where that is more. So a soft path
+counts as a stiff one, and shear, which is softer than tension by physics, has a scale of its own. The other kind of
+force is over the largest one of all paths: the tension that a law has in a shear whose edges are free would otherwise
+outweigh, over the few N/m of the shear, all tension. Weights of the law (`mechanics.membrane_law`) are not
+negative and forces linear in them: of a dictionary of quadratic and exponential terms, non-negative least squares
+(Lawson and Hanson 1974, chapter 23) find the nearest convex law and choose its terms; terms that are not needed for the
+wanted error go, one by one. Intervals follow from linear least squares with Student's t for the terms that stay, as if
+residuals were independent noise. Residuals are in fact deviations of the law's form, so `error` is the better measure.
+
+**Linear.** The law S = A E of decks is the nearest one by the energy of its residual (`fit_linear`).
 """
 
 from __future__ import annotations
@@ -19,7 +23,8 @@ from math import ceil
 
 import numpy as np
 import xarray as xr
-from scipy.optimize import nnls
+from scipy.linalg import eigh
+from scipy.optimize import nnls, root
 from scipy.stats import t as student
 
 from knitstudy.errors import ConvergenceError, DataFileError
@@ -29,11 +34,17 @@ from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.membrane import ExponentialLaw, MembraneLaw, MembraneModel, green, rectangle
+from knitstudy.mechanics.membrane import (
+    ExponentialLaw,
+    MembraneLaw,
+    MembraneModel,
+    forces_per_width,
+    green,
+    rectangle,
+)
 
 LEVEL = 0.95  # of the intervals
-FLOOR = 0.05
-ERROR = 0.01  # of the residuals (root mean square) that a law may have
+ERROR = 0.01  # of the residuals (root mean square) that a law of exponentials may have
 SPARE = 1.1  # of the least error, where that is larger
 PATIENCE, HEADWAY = 6, 0.98  # terms that have to lower the error by that factor together
 # Slopes times the largest strains: directions in the plane of both tensions, in steps up to shear; 0 is quadratic
@@ -45,6 +56,9 @@ ENTRIES = np.tril_indices(3)  # of a form
 NOTHING = 1e-4  # strains below it count as none
 SHEARED, ALIGNED = 0.3, 0.02  # shares of shear in a state: of one that is sheared; of none
 LEAST = 4  # states that a law is fitted to
+LARGEST_FACTOR = 2.0  # by which a deck may miss the force of a path where it holds
+SECANTS = (1.0, 0.75, 0.5, 0.25)  # shares of the largest strains at which a secant is tried
+LEAST_EIGENVALUE = 1e-4  # of a deck's law, over the largest: single precision (6e-8) keeps three digits
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,10 +87,14 @@ class States(Chosen):
         if chosen.sum() < LEAST:
             raise DataFileError(f"{chosen.sum()} states of cells are too few for a law: {LEAST} are needed")
         states = every[chosen]
-        most = np.abs(states.stretch).max(axis=0)
-        if missing := [name for name, largest in zip(STRAINS, most, strict=True) if largest < NOTHING]:
-            what = f"no state is strained in {', '.join(missing)}: the law would not know the stiffness"
-            raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
+        known = {
+            "is strained": np.abs(states.stretch).max(axis=0) >= NOTHING,
+            "has a force": states.part_way(1.0).driven.any(axis=0),
+        }
+        for verb, is_known in known.items():
+            if missing := [name for name, known_one in zip(STRAINS, is_known, strict=True) if not known_one]:
+                what = f"no state {verb} in {', '.join(missing)}: the law would not know the stiffness"
+                raise DataFileError(f"{what}; add a cell whose load.deformation is {' or '.join(missing)}")
         return states
 
     @property
@@ -95,10 +113,36 @@ class States(Chosen):
 
     @property
     def scale(self) -> np.ndarray:
-        """Forces (n,) that residuals are over [N/m]."""
-        size = np.linalg.norm(self.force, axis=1)
-        largest = {name: size[self.path == name].max() for name in np.unique(self.path)}
-        return size + FLOOR * np.array([largest[name] for name in self.path])
+        """Forces (n, 3) that residuals are over [N/m]: tension or shear of the path, the larger one; else of all."""
+        size = np.stack([np.linalg.norm(self.force[:, :2], axis=1), np.abs(self.force[:, 2])], axis=1)
+        reached = np.empty_like(size)
+        for name in dict.fromkeys(self.path):
+            reached[self.path == name] = size[self.path == name].max(axis=0)
+        larger = reached == reached.max(axis=1, keepdims=True)
+        return np.where(larger, reached, size.max(axis=0))[:, [0, 0, 1]]
+
+    def symmetric(self) -> States:
+        """Return states whose shear is none where there is no shear force.
+
+        A rib leans to one side on the way, as a column buckles: its cell shears by itself, which no law that is alike
+        for shear of either sign can have.
+        """
+        stretch = self.stretch.copy()
+        stretch[~self.driven[:, 2], 2] = 0.0
+        return States(stretch, self.force, self.path)
+
+    def part_way(self, share: float) -> States:
+        """Return one state of every path, in their order: that whose strain is nearest to a share of the largest."""
+        size, chosen = np.linalg.norm(self.stretch, axis=1), []
+        for name in dict.fromkeys(self.path):
+            places = np.flatnonzero(self.path == name)
+            chosen.append(places[np.abs(size[places] - share * size[places].max()).argmin()])
+        return self[np.array(chosen)]
+
+    @property
+    def driven(self) -> np.ndarray:
+        """Whether a component (n, 3) carries a force; others are free."""
+        return np.abs(self.force) > NOTHING * np.linalg.norm(self.force, axis=1)[:, None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,8 +200,8 @@ def fit_exponentials(
 ) -> LawFit:
     """Return the law of few exponentials with that error, or with nearly the least that there is.
 
-    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the law is
-    quadratic: that of a linear membrane.
+    Of a `mirrored` law shear of either sign is the same (an orthotropic fabric). With `sizes` of (0,) the dictionary
+    has quadratic terms alone.
     """
     strain, derivative = green(states.stretch)
     slope, size = _dictionary(mirrored, sizes)
@@ -168,8 +212,8 @@ def fit_exponentials(
         along = strain @ mode.T
         factor = np.where(size > 0, np.expm1(along), along) / len(pair)
         forces += np.einsum("nk,ki,nij->njk", factor, mode, derivative, optimize=True)
-    columns = (forces / states.scale[:, None, None]).reshape(-1, len(slope))
-    goal = (states.force / states.scale[:, None]).ravel()
+    columns = (forces / states.scale[..., None]).reshape(-1, len(slope))
+    goal = (states.force / states.scale).ravel()
     chosen, weight = _few_terms(columns, goal, error)
     flat, curved = size[chosen] == 0, size[chosen] > 0
     slope, both = slope[chosen], [modes[chosen] for modes in pair]
@@ -207,15 +251,131 @@ def _dictionary(mirrored: bool, sizes: Sequence[float]) -> tuple[np.ndarray, np.
     return np.where(size > 0, size, 1.0)[:, None] * plane, size
 
 
-def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Dataset:
-    """Return the laws of a fabric from the histories of its cells: of exponentials, and a linear one.
+def fit_linear(states: States, mirrored: bool = True) -> np.ndarray:
+    """Return A (3, 3) [N/m] of the law S = A E that is nearest to states by the energy of the residual.
 
-    `law_of` makes the first one again. Errors of both are attributes; coefficients have intervals.
+    The error in the constitutive relation (Ladeveze and Leguillon 1983) of stresses S and strains E is
+
+        sum (S - A E) . A^-1 (S - A E) = tr(A P) + tr(A^-1 Q) - 2 sum S . E,   P = sum E E^T,   Q = sum S S^T
+
+    It is convex in A, and least where A P A = Q: at the geometric mean of P^-1 and Q (Bhatia 2007, Positive definite
+    matrices, section 4.1), which is positive definite. Least squares of S - A E at given strains are not: a fabric that
+    stiffens has strains across that no linear law has, and the nearest one ends without any stiffness in one direction.
+    Of a `mirrored` law, shear is apart from both tensions, so that neither has a say in the other.
+
+    Raises
+    ------
+    DataFileError
+        If strains of all states stand in one ratio.
+    """
+    strain, derivative = green(states.stretch)
+    stress = np.linalg.solve(np.swapaxes(derivative, 1, 2), states.force[..., None])[..., 0]
+    strains, stresses = (part.T @ part for part in (strain, stress))
+    if mirrored:
+        apart = np.outer(MIRROR, MIRROR) > 0
+        strains, stresses = strains * apart, stresses * apart
+    if np.linalg.eigvalsh(strains)[0] <= np.finfo(float).eps * np.trace(strains):
+        raise DataFileError("all states are strained in one ratio; add a cell on another path")
+    # Q v = lambda P^-1 v, v . P^-1 v = 1
+    square, modes = eigh(stresses, np.linalg.inv(strains))
+    dual = np.linalg.solve(strains, modes)
+    form: np.ndarray = (dual * np.sqrt(np.maximum(square, 0.0))) @ dual.T
+    return form
+
+
+def forces_on_paths(law: MembraneLaw, states: States) -> np.ndarray:
+    """Return the forces per width (n, 3) [N/m] of a law at the strains that drive states, where others are free.
+
+    They are nan where the law finds no equilibrium.
+    """
+    pairs = zip(states.stretch, states.driven, strict=True)
+    return forces_per_width(law, np.array([_relaxed(law, stretch, driven) for stretch, driven in pairs]))
+
+
+def _relaxed(law: MembraneLaw, stretch: Floats, driven: np.ndarray) -> Floats:
+    """Return the stretch (3,) whose driven components stay and whose others have no force, or nan."""
+    relaxed = stretch.copy()
+    free = np.logical_not(driven)
+
+    def forces(tried: Floats) -> Floats:
+        relaxed[free] = tried
+        found: Floats = forces_per_width(law, relaxed)[free]
+        return found
+
+    if free.any():
+        found = root(forces, stretch[free], tol=1e-12)
+        largest = np.abs(forces_per_width(law, relaxed)).max()
+        relaxed[free] = found.x if np.abs(forces(found.x)).max() <= NOTHING * largest else np.nan
+    return relaxed
+
+
+@dataclass(frozen=True, eq=False)
+class LinearFit:
+    """A linear law for decks, and the states at which it holds."""
+
+    form: np.ndarray  # (3, 3) [N/m]
+    holds: States  # one state of every path
+    secant: bool  # fitted to these alone, not to all states
+    forces: np.ndarray  # (n, 3) at these, free where the cell is [N/m]
+
+    @property
+    def factor(self) -> float:
+        """Largest factor by which forces along the driven strains miss those of the cell; inf where there is none."""
+        along = np.where(self.holds.driven, self.holds.stretch, 0.0)
+        deck, cell = ((forces * along).sum(axis=1) for forces in (self.forces, self.holds.force))
+        if not np.all(deck > 0):  # nan, where the law finds no equilibrium, is not either
+            return np.inf
+        return float(np.maximum(deck / cell, cell / deck).max())
+
+    @property
+    def eigenvalues(self) -> float:
+        """The least eigenvalue over the largest."""
+        least, _, largest = np.linalg.eigvalsh(self.form)
+        return float(least / largest)
+
+    @property
+    def refused(self) -> str:
+        """Why this law is none for a deck, or nothing."""
+        if self.eigenvalues < LEAST_EIGENVALUE:
+            least = (
+                f"its least eigenvalue is {self.eigenvalues:.2g} of the largest, below {LEAST_EIGENVALUE:g}"
+            )
+            what = f"singular: {least}"
+        elif self.factor > LARGEST_FACTOR:
+            what = f"off the forces of the cell by a factor of {self.factor:.3g}, above {LARGEST_FACTOR:g}"
+        else:
+            return ""
+        share = f"secants at {' to '.join(f'{100 * share:g}' for share in SECANTS[::3])} % of the largest strains too"
+        return f"the linear law is {what}, and {share}; strain the cells less, or leave out a path that you do not need"
+
+
+def fit_deck(states: States, mirrored: bool = True) -> LinearFit:
+    """Return the linear law of all states or, where that is refused, the first secant that is not; else the last."""
+    for share, secant in ((1.0, False), *((share, True) for share in SECANTS)):
+        holds = states.part_way(share)
+        form = fit_linear(holds if secant else states, mirrored)
+        law = ExponentialLaw(form, np.empty(0), np.empty((0, 3)))
+        fit = LinearFit(form, holds, secant, forces_on_paths(law, holds))
+        if not fit.refused:
+            break
+    return fit
+
+
+def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Dataset:
+    """Return the laws of a fabric from the histories of its cells: of exponentials, and a linear one for decks.
+
+    `law_of` makes the first one again. Coefficients have intervals. The forces of both laws are beside those of the
+    cells: of the first one at the ends of all paths, of the linear one where it holds. Attributes are errors of the
+    first law and, of the linear one, whether it is a secant, its least eigenvalue over the largest, the largest factor
+    by which it misses a path, and why decks have none (or nothing).
     """
     states = States.of(histories)
-    fit, linear = (fit_exponentials(states, states.mirrored, error, size) for size in (SIZES, SIZES[:1]))
+    if mirrored := states.mirrored:
+        states = states.symmetric()
+    fit, deck = fit_exponentials(states, mirrored, error), fit_deck(states, mirrored)
+    ends = states.part_way(1.0)
     paths, plane, unit, one = fit.errors, ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
-    interval = unit | {"long_name": "half width of the 95 % interval"}
+    interval, state = unit | {"long_name": "half width of the 95 % interval"}, ("path", "axis")
     return xr.Dataset(
         {
             "form": (plane, fit.law.form, unit),
@@ -224,11 +384,44 @@ def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Datas
             "value": ("coefficient", fit.value, unit),
             "half_interval": ("coefficient", fit.half, interval),
             "path_error": (("path", "of_path"), np.array(list(paths.values())), one),
-            "linear_form": (plane, linear.law.form, unit),
             "largest_strain": ("axis", states.largest, one),
+            "end_strain": (state, np.where(ends.driven, ends.stretch, np.nan), one),
+            "end_force": (state, ends.force, unit),
+            "law_force": (state, forces_on_paths(fit.law, ends), unit),
+            "linear_form": (plane, deck.form, unit),
+            "deck_strain": (state, np.where(deck.holds.driven, deck.holds.stretch, np.nan), one),
+            "deck_cell_force": (state, deck.holds.force, unit),
+            "deck_force": (state, deck.forces, unit),
         },
-        {"coefficient": list(fit.names), "path": list(paths), "of_path": ["root mean square", "largest"]},
-    ).assign_attrs(error=fit.error, linear_error=linear.error, states=len(states.path))
+        {
+            "coefficient": list(fit.names),
+            "path": list(paths),
+            "of_path": ["root mean square", "largest"],
+            "axis": list(STRAINS),
+        },
+    ).assign_attrs(
+        error=fit.error,
+        states=len(states.path),
+        secant=int(deck.secant),
+        eigenvalues=deck.eigenvalues,
+        factor=deck.factor,
+        refused=deck.refused,
+    )
+
+
+def forces_beside(fitted: xr.Dataset, law: str) -> list[tuple[str, str, float, float, float]]:
+    """Return path, direction, strain, and forces per width of a law ("law", "deck") and of the cell [N/m].
+
+    There is a row for every driven strain: at the ends of the paths for the law of exponentials, where it holds for
+    that of decks.
+    """
+    cell = {"law": ("end_strain", "end_force"), "deck": ("deck_strain", "deck_cell_force")}[law]
+    strain, force = (fitted[name].to_numpy() for name in cell)
+    fitted_force, paths = fitted[f"{law}_force"].to_numpy(), fitted["path"].to_numpy()
+    return [
+        (str(paths[i]), STRAINS[j], float(strain[i, j]), float(fitted_force[i, j]), float(force[i, j]))
+        for i, j in zip(*np.nonzero(np.isfinite(strain)), strict=True)
+    ]
 
 
 def law_of(fitted: xr.Dataset) -> ExponentialLaw:

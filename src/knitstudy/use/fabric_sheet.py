@@ -48,7 +48,7 @@ from knitstudy.run.inputs import SHARE, STEP, Changed, changed, inputs_of
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
 from knitstudy.run.store import OF_STUDY, BeginProgress, NotKept, Store
-from knitstudy.use.decks.fabric import LAWS, write_membrane, write_shell, write_sliding
+from knitstudy.use.decks.fabric import LAWS, write_membrane, write_sliding
 from knitstudy.use.fabric_law import membrane
 from knitstudy.use.measured_curve import (
     PULL,
@@ -131,23 +131,24 @@ class Sheet:
         texts = self.numbers.set_index("quantity")["value"]
         bending = [texts[f"bending stiffness, {way}"] for way in STRAINS[:2]]
         course, wale = pd.to_numeric(bending, errors="coerce")
+        known = (course, wale) if course > 0 and wale > 0 else self.tied
+        needs = (
+            f"bending stiffnesses of yarns that slide; these are {' and '.join(bending)} N m (course, wale)"
+        )
         try:
             law = membrane(self.histories)
             for dialect in LAWS:
+                write_membrane(law, folder / MEMBRANE(dialect), dialect, self.scene.name)
                 files.append(MEMBRANE(dialect))
-                write_membrane(law, folder / files[-1], dialect, self.scene.name)
-            if course > 0 and wale > 0:
+            if known is None:
+                notes.append(f"{SHELL} is not written: it needs {needs}.")
+            else:
+                write_sliding(law, known, folder / SHELL, self.scene.name)
                 files.append(SHELL)
-                write_sliding(law, (course, wale), folder / SHELL, self.scene.name)
+                if known is self.tied:
+                    notes.append(f"{SHELL} bends as tied yarns, since it needs {needs}.")
         except DataFileError as error:
-            notes.append(f"There is no deck of a membrane: {error}.")
-        if SHELL not in files:
-            what = "is not written" if self.tied is None else "is of tied yarns"
-            needs = "yarns that slide need the law of a membrane, and bending stiffnesses above 0"
-            notes.append(f"{SHELL} {what}: {needs}; these are {' and '.join(bending)} N m (course, wale).")
-            if self.tied is not None:
-                files.append(SHELL)
-                write_shell(self.scene, folder / SHELL, self.tied)
+            notes.append(f"There is no deck of a membrane or a shell: {error}.")
         picture = BytesIO()
         self.draw().savefig(picture, format="png", dpi=resolution())
         template = Path(__file__).with_name("sheet.html").read_text(encoding="utf-8")

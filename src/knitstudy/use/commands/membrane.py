@@ -26,6 +26,8 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
 
     The law is a sum of exponentials of Green's strains, convex by its form; a linear one is fitted beside
     it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
+    Printed are the forces of both beside those of the cells. Where the linear one misses a path by more
+    than a factor of 2, it is a secant, which holds at its strains alone; where that does, there is no deck.
 
     \b
     knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
@@ -46,13 +48,29 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
     table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
     write_table(table, output.with_suffix(".csv"))
-    for dialect in LAWS:
-        write_membrane(fitted, output.with_suffix(f".{dialect}.inp"), dialect, output.stem)
     console.print_table(list(table.columns), table.to_numpy())
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
-    rows += [("all", fitted.attrs["error"], ""), ("all, a linear law", fitted.attrs["linear_error"], "")]
-    console.print_table(("error of force per width", "root mean square", "largest"), rows)
-    click.echo(f"{output}, .csv, {', '.join(f'.{law}.inp' for law in LAWS)}", err=True)
+    rows += [("all", fitted.attrs["error"], "")]
+    console.print_table(("error of the law over the force of the path", "root mean square", "largest"), rows)
+    for name in ("law", "deck"):
+        rows = [
+            (f"{path}, {direction}", *(f"{value:.4g}" for value in values))
+            for path, direction, *values in fabric_law.forces_beside(fitted, name)
+        ]
+        console.print_table(("path", "strain", f"{name} (N/m)", "cell (N/m)"), rows)
+    decks = [output.with_suffix(f".{dialect}.inp") for dialect in LAWS]
+    for deck in decks:  # an earlier law's
+        deck.unlink(missing_ok=True)
+    written = f"{output}, .csv"
+    try:
+        for dialect, deck in zip(LAWS, decks, strict=True):
+            write_membrane(fitted, deck, dialect, output.stem)
+            written += f", .{dialect}.inp"
+        if fitted.attrs["secant"]:
+            click.echo("the decks have a secant: it holds at the strains of its table alone", err=True)
+    except DataFileError as error:
+        click.echo(f"no deck is written: {error}", err=True)
+    click.echo(written, err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:
@@ -78,16 +96,17 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
     The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
-    which is free across. `knitstudy compare` takes the curve (.csv) as a measured one, and draws it.
+    which is free across, and the forces of the law beside those of the cells that it was fitted to. `knitstudy compare`
+    takes the curve (.csv) as a measured one, and draws it.
 
     \b
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.5
     knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
     """
-    from knitstudy.use.fabric_law import WRINKLES, law_of, strain_at, stretch_strip
+    from knitstudy.use.fabric_law import WRINKLES, forces_beside, law_of, strain_at, stretch_strip
 
     fitted = read_dataset(law)
-    if not {"form", "weight", "slope", "largest_strain"} <= set(fitted.variables):
+    if not {"form", "weight", "slope", "largest_strain", "law_force"} <= set(fitted.variables):
         raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
     axis, path = STRAINS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
     pulled, free = (
@@ -107,6 +126,9 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
         "clamps change it by (%)",
     )
     console.print_table(columns, [tuple(f"{value:.4g}" for value in row) for row in rows])
+    for name, way, reached, force, cell in forces_beside(fitted, "law"):
+        error = f"{name}, {way} {100 * reached:.3g} %: law {force:.3g} N/m, cell {cell:.3g} N/m"
+        click.echo(error, err=True)
     known = float(fitted["largest_strain"][axis])
     if strain > known * (1 + 1e-9):
         click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)

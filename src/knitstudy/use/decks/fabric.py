@@ -8,10 +8,12 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import block_diag
 
+from knitstudy.errors import DataFileError
 from knitstudy.files import code_version, write_text
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import find
 from knitstudy.use.decks.inp import NUMBER, comment, lines
+from knitstudy.use.fabric_law import forces_beside
 
 SQUARE = """** Local 1 is the course direction, 2 the wale direction.
 *NODE, NSET=ALL
@@ -27,6 +29,8 @@ SQUARE = """** Local 1 is the course direction, 2 the wale direction.
 """
 
 # Stiffness of an endless knit at rest, as a shell section of Abaqus: of a tied cell, or from the numbers of a sheet
+
+ROUNDING = 1e-10  # of the entries of a section, which are differences of stiffnesses of yarns
 
 # The 21 entries of a symmetric section in their order: column by column, each down to the diagonal
 SHELL_ENTRIES = tuple(f"D{row + 1}{column + 1}" for column in range(6) for row in range(column + 1))
@@ -57,25 +61,45 @@ def shell_entries(matrix: np.ndarray) -> np.ndarray:
 
 def write_shell(scene: Scene, path: Path | str, history: xr.Dataset) -> None:
     """Write one square shell element with the section of a tied cell, to be copied into a model of Abaqus."""
-    _write_section(section_matrix(history), path, scene.name, "Yarns are tied where they cross: none slides.")
+    remark = comment("Yarns are tied where they cross: none slides.")
+    _write_section(section_matrix(history), path, scene.name, remark)
 
 
-def write_sliding(fitted: xr.Dataset, bending: tuple[float, float], path: Path | str, title: str) -> None:
-    """Write that of yarns that slide, from a dataset of `use.fabric_law.membrane` and two bending stiffnesses [N m]."""
-    twist = 0.5 * float(np.sqrt(np.prod(bending)))
-    remark = (
-        "NOT QUITE THE SECTION of yarns that slide. D11 to D33 are the linear law of the membrane, whose forces are "
-        f"{100 * fitted.attrs['linear_error']:.2g} % off the cell; D44 and D55 are the slopes of its moments from 50 "
-        "to 150 1/m. D45 and D14 to D36, bending with stretching, are not known and 0 here; D66 is not known and "
-        "estimated as sqrt(D44 D55) / 2, that of a plate which does not curve across."
+def write_sliding(
+    fitted: xr.Dataset, bending: tuple[float, float] | xr.Dataset, path: Path | str, title: str
+) -> None:
+    """Write that of yarns that slide, from a dataset of `use.fabric_law.membrane`.
+
+    `bending` are stiffnesses [N m] of yarns that slide, in course and wale direction, or the history of a tied cell.
+    """
+    membrane = _linear_form(fitted)
+    if isinstance(bending, xr.Dataset):
+        block = bending["bending_stiffness"].to_numpy()
+        known = "D44 to D66 are those of yarns that are tied where they cross, at their drawn loops"
+    else:
+        block = np.diag([*bending, 0.5 * float(np.sqrt(np.prod(bending)))])
+        known = (
+            "D44 and D55 are the slopes of its moments from 50 to 150 1/m; D45 is not known and 0 here; D66 is "
+            "not known and estimated as sqrt(D44 D55) / 2, that of a plate which does not curve across"
+        )
+    remark = comment(
+        f"NOT QUITE THE SECTION of yarns that slide. D11 to D33 are the linear law of the membrane; {known}. D14 to "
+        "D36, bending with stretching, are not known and 0 here."
     )
-    _write_section(block_diag(fitted["linear_form"], np.diag([*bending, twist])), path, title, remark)
+    _write_section(block_diag(membrane, block), path, title, remark + _forces(fitted))
 
 
 def _write_section(matrix: np.ndarray, path: Path | str, title: str, remark: str) -> None:
+    size = np.sqrt(np.abs(np.diag(matrix)))  # stretching and bending have units of their own
+    least = float(np.linalg.eigvalsh(matrix / np.outer(size, size))[0]) if np.all(size > 0) else 0.0
+    if not least > ROUNDING:
+        raise DataFileError(
+            f"{title}: the section has no stiffness in one way of stretching and bending (least eigenvalue {least:.2g} "
+            "of the matrix whose diagonal is 1), and no program can solve it"
+        )
     data = lines((NUMBER % value for value in shell_entries(matrix)), 8).rstrip()
     values = {"name": title, "version": code_version(), "square": SQUARE.format(element="S4R")}
-    values |= {"remarks": comment(remark), "entries": ", ".join(SHELL_ENTRIES), "data": data}
+    values |= {"remarks": remark, "entries": ", ".join(SHELL_ENTRIES), "data": data}
     write_text(SHELL.format(**values), path)
 
 
@@ -113,15 +137,43 @@ DECK = """*HEADING
 """
 
 
+def _linear_form(fitted: xr.Dataset) -> np.ndarray:
+    """Return the linear law (3, 3) [N/m] of a dataset of `use.fabric_law.membrane`, if it is one for decks."""
+    if refused := fitted.attrs["refused"]:
+        raise DataFileError(refused)
+    form: np.ndarray = fitted["linear_form"].to_numpy()
+    return form
+
+
+def _forces(fitted: xr.Dataset) -> str:
+    """Return comments: the states that the law is of, its least eigenvalue, and its forces beside those of the cell."""
+    which = (
+        "A SECANT, fitted to the states below alone: it holds at these strains, and at no others."
+        if fitted.attrs["secant"]
+        else "Fitted to all states of the cell. At smaller strains a fabric is softer than at the ends of its paths."
+    )
+    rows = [
+        f"** {path}, {direction} {100 * strain:.4g} %: deck {deck:.4g} N/m, cell {cell:.4g} N/m\n"
+        for path, direction, strain, deck, cell in forces_beside(fitted, "deck")
+    ]
+    ratio = f"Its least eigenvalue is {fitted.attrs['eigenvalues']:.2g} of the largest."
+    return comment(f"{which} {ratio} Forces per width, free across where the cell is:") + "".join(rows)
+
+
 def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: str) -> None:
-    """Write the linear law of a dataset of `use.fabric_law.membrane` for a program."""
+    """Write the linear law of a dataset of `use.fabric_law.membrane` for a program.
+
+    Raises
+    ------
+    DataFileError
+        If no linear law carries the forces of the cell.
+    """
     keyword, template = find("deck dialect", LAWS, dialect)
     off = (
         "NOT QUITE THE LAW: E . A E / 2 of Green's strains E (11, 22, 2 x 12) that is nearest to the states of the "
-        f"cell. Forces are {100 * fitted.attrs['linear_error']:.2g} % off the cell (root mean square over all "
-        f"states), forces of the law of exponentials {100 * fitted.attrs['error']:.2g} %; {template}"
+        f"cell; {template}"
     )
-    form = fitted["linear_form"].to_numpy() / THICKNESS
+    form = _linear_form(fitted) / THICKNESS
     largest = float(np.diag(form).max())
     if dialect == "abaqus":
         stiffness = STIFF * largest
@@ -132,7 +184,7 @@ def write_membrane(fitted: xr.Dataset, path: Path | str, dialect: str, title: st
         title=title,
         version=code_version(),
         thickness=THICKNESS,
-        remarks=comment(off),
+        remarks=comment(off) + _forces(fitted),
         square=SQUARE.format(element="M3D4"),
         keyword=keyword,
         data=lines((NUMBER % number for number in numbers), 8),
