@@ -65,6 +65,12 @@ def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
     return [known.get(number.name, number) for number in numbers]
 
 
+def yarn_in_a_stitch(geometry: xr.Dataset, stitches: int) -> float:
+    """Return the mean length of yarn in a stitch [m] of a cell of an endless knit, of so many stitches."""
+    lines = fabric_of(geometry).centrelines[:-1]
+    return sum(line.length for line in lines) / stitches
+
+
 def at_rest(
     history: xr.Dataset, loops: int, rows: int, radius: Floats | float, tex: Floats | float = nan
 ) -> list[Quantity]:

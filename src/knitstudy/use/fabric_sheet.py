@@ -41,8 +41,10 @@ from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene, flat, questions
+from knitstudy.knit.scene.sections import INLAY
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
+from knitstudy.measures.construction import yarn_in_a_stitch
 from knitstudy.mechanics.arrays import Floats
 from knitstudy.run.inputs import SHARE, STEP, Changed, changed, inputs_of
 from knitstudy.run.plan import Plan
@@ -90,6 +92,9 @@ MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
 ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
+# Wale spacings over those of the scene, course spacings under them, of other loops of the same yarn: friction holds a
+# fabric where its knitting has left it, and fabrics come off machines about a tenth longer or wider than they relax to
+OTHERWISE = (1.1, 1 / 1.1)
 VERIFIED, ERROR = 0.3, 0.11  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
 # A load that turns: of bending as well
@@ -100,7 +105,10 @@ CYLINDER = (
     "curvatures are those of the flat cell at rest. A moment is positive where its front is to be the longer side."
 )
 VALUES = tuple(f".{name}" for name in ("youngs_modulus", *OF_BEAMS))  # of yarns, in a note
-BANDS = "Uncertainties are at least the difference to a start without friction at rest. A cycle leaves more: see there."
+BANDS = (
+    "Uncertainties are at least the difference to a start without friction at rest and, at rest and in course and wale "
+    "direction, to loops of the same yarn drawn a tenth wider and narrower. A cycle leaves more: see there."
+)
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
 UNKNOWN = f"The error of the model comes on top; it is known of knits and purls with gates.point up to {VERIFIED:g}."
@@ -238,21 +246,32 @@ def fabric_sheet(
     each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
     inputs = _inputs(cell)
     each += [partial(_Maker.with_input, key=key, force=LIGHT * force) for key in inputs]
+    # The length of yarn that tucks, floats and inlays are drawn with is not that of their stitches.
+    loops_alone = set("".join(cell.pattern.stitches)) <= {"K", "P"} and INLAY not in cell.yarn_b.rows
+    drawings = OTHERWISE if len(starts) > 1 and loops_alone else ()
+    each += [partial(_Maker.drawn_otherwise, wider=wider) for wider in drawings]
     made = iter(maker.side_by_side([*each, _Maker.tied]))
     bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
     pressed = [next(made) for _ in starts]
-    answers, tied = [next(made) for _ in inputs], next(made)
-    other = maker.coarse if len(starts) > 1 else {}
+    answers, otherwise = [next(made) for _ in inputs], [next(made) for _ in drawings]
+    tied = next(made)
+    others = [maker.coarse if len(starts) > 1 else {}, *otherwise]
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
-    curves = {load: [curve_table(of[load]) for of in (histories, other) if of] for load in histories}
+    curves = {
+        load: [curve_table(of[load]) for of in (histories, *others) if load in of] for load in histories
+    }
     curves[PRESS] = [curve_table(of) for of in pressed]
     for load, both in curves.items() if verified else ():
         both += _with_errors_of_model(both[0], unlike=load.startswith(BOTH))
     told = cell.tex if isnan(tex) else tex
     maker.notes.insert(0, _of_yarns(cell, told))
     maker.notes.insert(1, _of_inputs(maker, answers, LIGHT * force))
+    starting = dict(zip(starts, (histories, maker.coarse), strict=False))
+    maker.notes += [
+        note for start, by_load in starting.items() for note in _of_rest(start, by_load["course"])
+    ]
     rows = [
-        *construction_rows(cell, [of["course"] for of in (histories, other) if of], told),
+        *construction_rows(cell, [of["course"] for of in (histories, *others) if of], told),
         *thickness_rows(curves[PRESS], pressures),
         *load_rows(curves, force, is_slack(histories["shear"])),
         *bending_rows(bent, ERROR if verified else 0.0, tied),
@@ -261,7 +280,7 @@ def fabric_sheet(
         scene=scene,
         numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
         curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
-        notes=(BANDS if other else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
+        notes=(BANDS if len(starts) > 1 else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
         histories=histories,
         tied=tied,
     )
@@ -302,6 +321,22 @@ def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
             said.append(f"{key} {value:.4g} {unit_of(key)}")
     said.append(f"tex {_each(tex)}")
     return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."
+
+
+def _of_rest(start: str, history: xr.Dataset) -> list[str]:
+    """Return notes that say which unstable shapes a start has left, or hides."""
+    known, notes = history.attrs, []
+    if known.get("saddles"):
+        changes = zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
+        went = ", ".join(f"{size} {PERCENT * change:+.2g} %" for size, change in changes)
+        notes.append(f"From {start}: the first balance is no rest, and the fabric leaves it ({went}).")
+    if known.get("lowest_wave_stiffness", 0.0) < 0:
+        loops, rows = known["lowest_wave"]
+        wave = f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which the cell is too short for"
+        notes.append(
+            f"From {start}: {wave}. Cells of as many loops and rows (pattern.loops, .rows) find another shape."
+        )
+    return notes
 
 
 def _inputs(cell: CellOfBeams) -> list[str]:
@@ -387,6 +422,35 @@ class _Maker:
             return when(curve_table(history), STRAIN("course"), PULL("course"), force)
 
         return changed(self.cell, key, strain)
+
+    def drawn_otherwise(self, wider: float) -> dict[str, xr.Dataset]:
+        """Return histories from rest with friction, in both directions, of loops that are drawn wider by a factor.
+
+        Nothing, with a note, where there are no such loops of the same length of yarn, or they come to no rest.
+        """
+        pattern, drawn = (
+            self.cell.pattern,
+            self.store.get(self.plan.step("geometry", self.plan.labelled(self.cell))),
+        )
+        keys: dict[str, Any] = {
+            "pattern.control_points": None,
+            "pattern.loop_length": pattern.loop_length
+            or yarn_in_a_stitch(drawn, pattern.loops * pattern.rows),
+            "pattern.wale_spacing": wider * pattern.wale_spacing,
+            "pattern.course_spacing": pattern.course_spacing / wider,
+            "load.start": self.starts[0],
+        }
+        size = f"{1e3 * keys['pattern.wale_spacing']:.3g} x {1e3 * keys['pattern.course_spacing']:.3g} mm"
+        way = {"load.ratio": 1.0, "load.strain": 4.0, "load.stops": COARSE, "solver.increments": 1}
+        way["load.largest_force"] = self.force
+        try:
+            return {
+                load: self._run(f"{load}-drawn-{wider:.2g}", keys | way | {"load.deformation": load})
+                for load in STRAINS[:2]
+            }
+        except KnitstudyError as error:
+            self.notes.append(f"Uncertainties are without loops drawn for {size}: {message_of(error)}.")
+            return {}
 
     def pressed(self, start: str, pressure: float) -> xr.Dataset:
         """Return the history between plates from a start, up to a pressure [Pa]."""
