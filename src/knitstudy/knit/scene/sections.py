@@ -454,7 +454,7 @@ class CellStrain(DrawnCellStrain):
     start: Literal["drawn", "rest", "rest_with_friction"] = physics(
         "choice",
         allowed="drawn (the drawn loops), rest_with_friction (a cell without forces on its edges, in "
-        "which friction has stopped the yarns) or rest (the shape after that, once friction is removed)",
+        "which friction has stopped the yarns) or rest (the stable shape after that, once friction is removed)",
         default="drawn",
     )
     """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
