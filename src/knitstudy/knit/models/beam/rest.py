@@ -1,7 +1,8 @@
 """The shape at rest of a cell of beams: no force acts on its edges, and no small motion takes it anywhere else.
 
 A balance may be a saddle: an upright domino is in balance, and falls. So every balance is asked for its lowest mode
-(`mechanics.stability`), is pushed along it where it gives way, and flows to the next one, until one is stable.
+(`mechanics.stability`), is pushed along it where it gives way, to both sides, and flows to the next one, the lower of
+both, until one is stable.
 
 A fabric has one shape, however many of its repeats a cell has: that of one repeat is found, and a cell of several is
 made of copies of it. They stay as they are if one repeat is stable against waves over several repeats. If it is not,
@@ -228,19 +229,37 @@ class _Way:
             if not mode.unstable:
                 return state
             log.info("scene %r: a saddle, %.3g N/m in its lowest mode", self.scene.name, mode.stiffness)
-            pushed = whole.advance(last.state, PUSH * self.scene.yarn.diameter * mode.motion)
-            last = balanced(
-                f"scene {self.scene.name}, which leaves a saddle,",
-                whole,
-                self.held,
-                replace(self.settings, increments=1, vain=FLOWS),
-                begin=standing(whole, pushed),
-            )
+            last = self._below(whole, last.state, mode)
         raise ConvergenceError(
             f"the way to rest of scene {self.scene.name} leads from saddle to saddle, {MOST_SADDLES} of them: the "
             "fabric is too slack for one shape at rest. Use load.start rest_with_friction with a larger "
             "contact.friction, or a shorter pattern.loop_length"
         )
+
+    def _below(self, model: EndlessBeams | PressedBeams, saddle: Any, mode: Mode) -> Increment:
+        """Return the balance of less energy of the two to which flows lead that leave a saddle to either side.
+
+        Raises ConvergenceError if neither side leads to one.
+        """
+        found: list[Increment] = []
+        errors: list[ConvergenceError] = []
+        for side in (1, -1):
+            pushed = model.advance(saddle, side * PUSH * self.scene.yarn.diameter * mode.motion)
+            try:
+                found.append(
+                    balanced(
+                        f"scene {self.scene.name}, which leaves a saddle,",
+                        model,
+                        self.held,
+                        replace(self.settings, increments=1, vain=FLOWS),
+                        begin=standing(model, pushed),
+                    )
+                )
+            except ConvergenceError as error:
+                errors.append(error)
+        if not found:
+            raise errors[0]
+        return min(found, key=_elastic_energy)
 
     def stability(self, wave: Wave | None) -> dict[str, Any]:
         """Return attributes of the shape at rest: how stable it is, and what it has left."""
@@ -258,6 +277,11 @@ class _Way:
 
     def _pressed(self, model: EndlessBeams) -> EndlessBeams | PressedBeams:
         return PressedBeams(model, self.plates) if self.plates else model
+
+
+def _elastic_energy(increment: Increment) -> float:
+    """Return the energy of yarns and of their contact [J]."""
+    return increment.response.energy["internal"] + increment.response.energy["penalty"]
 
 
 def _around_first_node(motions: Floats) -> Floats:
