@@ -8,6 +8,7 @@ import pytest
 from refusals import READ, REFUSED, refusal
 
 from knitstudy.errors import GeometryError
+from knitstudy.knit.geometry import fit
 from knitstudy.knit.geometry import lay_out as geometry_stage
 from knitstudy.knit.geometry.crossings import plane_crossings
 from knitstudy.knit.geometry.fabric_file import fabric_dataset, fabric_of
@@ -17,6 +18,7 @@ from knitstudy.knit.geometry.loop import LoopTarget
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
+from knitstudy.knit.models.beam.build import build
 from knitstudy.knit.scene.stitches import size_of_repeat
 from knitstudy.measures.construction import drawn
 from knitstudy.run.configuration import load_scene
@@ -304,3 +306,51 @@ def test_keys_of_an_inlay_are_those_of_its_geometry_alone():
     assert scene.geometry_key != other.geometry_key
     stripes = scene.vary({"yarn_b.rows": ["a", "b"]})
     assert stripes.geometry_key == stripes.vary({"yarn_b.rows": ["b", "a"]}).geometry_key
+
+
+RIB_OF_JERSEY = {"pattern.stitches": ["KP"], "pattern.loops": 2, "pattern.rows": 1}
+JERSEY = {
+    "knit": "jersey",
+    "fidelity": "beam",
+    "interaction": "isotropic",
+    "outputs": [],
+    "pattern.course_spacing": 0.9e-3,
+    "pattern.wale_spacing": 1.1e-3,
+    "yarn.diameter": 0.25e-3,
+    "yarn.youngs_modulus": 2e8,
+}
+
+
+@pytest.fixture
+def jersey():
+    """The jersey of the tutorial, from which a rib is tried first."""
+    return load_scene("cell-course").vary({"name": "jersey", **JERSEY})
+
+
+def test_a_rib_in_the_spacings_of_a_jersey_names_a_remedy_that_works_and_looks_for_no_other(
+    jersey, monkeypatch
+):
+    """Nearest spacings took 30 s, and no beams need them."""
+    monkeypatch.setattr(fit, "_nearest", lambda *arguments: pytest.fail("other spacings are looked for"))
+    with refusal("legs pass each other.*; or geometry.relaxed true: loops are drawn for a thinner yarn"):
+        lay_out(jersey.vary(RIB_OF_JERSEY))
+    relaxed = jersey.vary(RIB_OF_JERSEY | {"geometry.relaxed": True})
+    assert (relaxed.load.start, relaxed.geometry.diameter_share) == ("rest", 0.6)
+    assert relaxed.mesh.section_law == "straight"
+    assert lay_out(relaxed).sizes["fabric_yarn"] == 2
+
+
+def test_keys_that_are_set_have_priority_over_those_of_relaxed_loops(jersey):
+    share = {"geometry.relaxed": True, "geometry.diameter_share": 0.5, "load.start": "rest_with_friction"}
+    scene = jersey.vary(share)
+    assert (scene.load.start, scene.geometry.diameter_share) == ("rest_with_friction", 0.5)
+    assert jersey.vary({"geometry.relaxed": False}).load.start == "drawn"
+    with refusal("geometry.relaxed is 'yes' but must be true or false"):
+        jersey.vary({"geometry.relaxed": "yes"})
+
+
+def test_tucks_that_bend_too_much_for_curved_rods_name_the_remedy(jersey):
+    half_cardigan = {"pattern.stitches": ["KP", "KT"], "pattern.loops": 2, "pattern.rows": 2}
+    scene = jersey.vary(half_cardigan)
+    with refusal("take straight sections.* .mesh.section_law straight.: geometry.relaxed true"):
+        build(scene, fabric_of(lay_out(scene)))

@@ -293,14 +293,19 @@ _End = tuple[Room, Optimum | None, str]
 """The last loop of a path, the outcome of its optimisation if it is the wanted one, else the reason."""
 
 
-def fitted_loop(wanted: LoopTarget, settings: Any) -> tuple[Loop, Loop, Optimum]:
+def fitted_loop(
+    wanted: LoopTarget, settings: Any, look_for_nearest: bool = True
+) -> tuple[Loop, Loop, Optimum]:
     """Return a loop as drawn and as optimised within the limits, and the outcome of its optimisation.
 
     `settings` are as for `knitstudy.knit.geometry.optimise.optimise`; of these beta, gamma, beta_0 and samples count.
-    Raises InfeasibleLoop when no loop fits; it names the limits, and spacings, a diameter or a length that fit.
+    Raises InfeasibleLoop when no loop fits; it names the limits and, where they are to be looked for, spacings or a
+    diameter that fit, or a length.
     """
     free, radius = replace(wanted, length=None), wanted.radius
     room, optimum, reason = start = _of_spacings(free, settings)
+    if optimum is None and not look_for_nearest:
+        raise room.refusal("no loop fits", reason, "", room.share)
     if optimum is None:
         side = (1 + 0.5 * wanted.clearance) * 2 * radius
         bound = min(wanted.course / ABREAST[0], wanted.wale / ABREAST[1]) / side

@@ -31,6 +31,7 @@ from knitstudy.knit.geometry.optimise import CONTACT_TOLERANCE, Optimum, optimis
 from knitstudy.knit.geometry.specimens import KNITS, plain_knit, yarn_pair
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard
+from knitstudy.knit.scene.alternatives import RELAXED
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import INLAY, Geometry, Pattern, Yarn
 from knitstudy.knit.scene.specimens import Crossing, Looped
@@ -72,8 +73,11 @@ def lay_out(scene: Scene) -> xr.Dataset:
         return _drawn_stitches(pattern, radius, inlaid, inlay)
     if not is_plain(pattern.stitches):
         return _drawn_stitches(pattern, radius)
+    # Cells of beams take loops that were not fitted: for those of a rib, nearest spacings would be looked for in vain.
+    finds_its_shape = scene.specimen == "cell" and scene.fidelity == "beam"
+    nearest = not (finds_its_shape and len(set("".join(pattern.stitches))) > 1)
     try:
-        initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"))
+        initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"), nearest)
         metrics = loop_metrics(initial), loop_metrics(loop)
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
@@ -87,6 +91,8 @@ def lay_out(scene: Scene) -> xr.Dataset:
                 "; or a pattern.course_ratio nearer to 1, or a smaller pattern.clearance (docs/notes/geometry.md lists "
                 "the loops that exist); or pattern.control_points null: a loop is drawn for the spacings"
             )
+        if finds_its_shape:
+            remedy += f"; or {RELAXED} true: loops are drawn for a thinner yarn, and find their shape at rest"
         described = _described(pattern, scene.yarn.diameter)
         raise GeometryError(f"scene {scene.name!r}: {described}: {error}{remedy}") from error
     knit = KNITS.get(scene.specimen, plain_knit)(loop, pattern.loops, pattern.rows)
@@ -123,8 +129,12 @@ def _drawn_stitches(pattern: Pattern, radius: float, *inlay: Any) -> xr.Dataset:
     return fabric_dataset(endless_cell_of_stitches(target, pattern.loops, pattern.rows, *inlay))
 
 
-def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, Loop, Optimum]:
+def loop_of(
+    pattern: Pattern, radius: float, settings: Geometry, look_for_nearest: bool = True
+) -> tuple[Loop, Loop, Optimum]:
     """Return the loop of a pattern as it is drawn, the optimised loop, and the outcome of the optimisation.
+
+    Errors as of `fitted_loop`.
 
     Examples
     --------
@@ -135,7 +145,7 @@ def loop_of(pattern: Pattern, radius: float, settings: Geometry) -> tuple[Loop, 
     (54.9, 55.5)
     """
     if pattern.control_points is None:
-        return fitted_loop(_target(pattern, radius), settings)
+        return fitted_loop(_target(pattern, radius), settings, look_for_nearest)
     initial, loop, optimum = _redrawn(_drawn(pattern, radius), pattern, settings)
     return all_of_repeat(initial, pattern.stitches), all_of_repeat(loop, pattern.stitches), optimum
 

@@ -44,6 +44,16 @@ KNITOUT = "pattern.knitout"
 KNITOUT_PART = ("pattern.knitout_rows", "pattern.knitout_needles")
 """The first and the last pass of the carriage, and needle, of the part in which the repeat is looked for."""
 
+RELAXED = "geometry.relaxed"
+"""Whether a cell of beams is drawn for a thinner yarn and relaxes before the load: any stitches find their shape."""
+OF_RELAXED = {
+    "load.start": "rest",
+    "geometry.diameter_share": 0.6,
+    "geometry.free": [],
+    "mesh.section_law": "straight",  # the law of curved rods ends at bends that drawn tucks have
+}
+"""Keys of the base that relaxed loops stand for, where they are not set themselves."""
+
 FRICTION, OF = "contact.friction", "yarn.of"
 """A yarn by its name in ``resources/yarns``, or by the path of a user's file."""
 
@@ -75,7 +85,7 @@ STIFFNESSES = tuple(f"yarn.{name}" for name in OF_BEAMS[:3])
 """Keys that replace the stiffness of a solid circle."""
 
 OF_YARNS = tuple(f"{section}.{name}" for section in SECTIONS for name in ("tex", "density", "of"))
-OTHER_WAYS = (*PER_METRE, *OF_YARNS, POINTS_FILE, KNITOUT, *KNITOUT_PART)
+OTHER_WAYS = (*PER_METRE, *OF_YARNS, POINTS_FILE, KNITOUT, *KNITOUT_PART, RELAXED)
 """Names that may be set like keys, though no scene has them."""
 
 DRAWS = (COURSE, WALE, LENGTH)
@@ -118,6 +128,11 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
         repeat = _content(repeat_of, path, *part)
         size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
         keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
+    if RELAXED in keys_of_base:
+        relaxed = keys_of_base.pop(RELAXED)
+        if not isinstance(relaxed, bool):
+            raise ConfigurationError(f"{where}: {refused(RELAXED, relaxed, 'true or false')}")
+        keys_of_base = (OF_RELAXED if relaxed else {}) | keys_of_base
     mixed = len(set("".join(_rows(keys_of_base)))) > 1
     if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
         keys_of_base[POINTS] = None

@@ -13,6 +13,7 @@ from functools import partial
 import numpy as np
 import xarray as xr
 
+from knitstudy.errors import GeometryError
 from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
@@ -27,6 +28,7 @@ from knitstudy.knit.models.beam.contact import (
     nearest_crossing,
     require_verified_contact,
 )
+from knitstudy.knit.scene.alternatives import RELAXED
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
 from knitstudy.mechanics.arrays import Bools, Floats
@@ -147,7 +149,15 @@ def build(scene: Beams | CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = 
     coincide, or a yarn has too few nodes for a smooth centreline.
     """
     if isinstance(scene, CellOfBeams):
-        return endless_beams.build(scene, fabric, rest)
+        try:
+            return endless_beams.build(scene, fabric, rest)
+        except GeometryError as error:
+            if scene.mesh.section_law != "curved":
+                raise
+            relaxed = f"{RELAXED} true takes them, and loops that find their shape at rest"
+            raise GeometryError(
+                f"scene {scene.name!r}: {error} (mesh.section_law straight): {relaxed}"
+            ) from None
     beams = beam_knit(scene, fabric)
     line = beams.contact.line
     problem = loaded(
