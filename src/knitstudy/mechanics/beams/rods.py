@@ -64,15 +64,12 @@ class Equilibrium:
     rods: Rods
     load: float
     state: RodState
+    # Forces and energies by form in balance: friction as it was then, not as the next increment begins
+    response: Response
 
     def curve(self, rod: int = 0) -> Floats:
         """Return the places (n, 3) of the nodes of a rod."""
         return self.state.position[self.rods.numbers[rod]]
-
-    @cached_property
-    def response(self) -> Response:
-        """Forces and energies by form."""
-        return self.rods.respond(self.state, False)
 
     @cached_property
     def support(self) -> Floats:
@@ -188,7 +185,7 @@ class Rods(BeamModel):
         fixed = np.setdiff1d(np.arange(self.size), rods.free)
         drive = PrescribedDisplacement(fixed, rods.value[fixed], stops=stops)
         for each in trace(rods, drive, Settings(increments=steps, **limits), LU(), resume=first):
-            yield Equilibrium(rods, each.load, each.state)
+            yield Equilibrium(rods, each.load, each.state, each.response)
 
     def arc_path(
         self, ends: Ends, size: float, start: Equilibrium | None = None, tolerance: float = 1e-8
@@ -210,13 +207,13 @@ class Rods(BeamModel):
                 raise ConvergenceError(
                     f"no step by arc length beyond load factor {load:.6g} converges; take shorter ones"
                 )
-            state, load, last = found
-            yield Equilibrium(rods, load, state)
+            state, load, last, response = found
+            yield Equilibrium(rods, load, state, response)
 
     def _arc_step(
         self, state: Any, load: float, last: Floats, size: float, tolerance: float
-    ) -> tuple[Any, float, Floats] | None:
-        """Return the state one step further, its load factor and the motion (size,), or None if iterations fail."""
+    ) -> tuple[Any, float, Floats, Response] | None:
+        """Return the state one step further, its load factor, motion (size,) and response; None if iterations fail."""
         free, along, moved, way = self.free, self.value, np.zeros(self.size), None
         pull = (self.dead[1] - self.dead[0])[free]
         for _ in range(ITERATIONS):
@@ -226,7 +223,7 @@ class Rods(BeamModel):
             if not np.isfinite(error):
                 return None
             if way is not None and error <= tolerance:
-                return self.commit(state), load, moved
+                return self.commit(state), load, moved, response
             K, steps = response.tangent.tocsr()[free], np.zeros((2, self.size))
             loads = np.column_stack([-response.force[free], pull - K @ along])
             try:
