@@ -119,6 +119,36 @@ def test_rods_that_slide_lose_their_work_whatever_the_increment(steps, monkeypat
     assert np.diff(friction).min() > 0
 
 
+def test_increments_of_rods_are_short_enough_for_the_balance_of_energies(monkeypatch):
+    """Rods that stick at first: in five increments energies exceed the work by 5 %; a path takes more of them."""
+    monkeypatch.syspath_prepend(BOOK)
+    hertz = import_module("hertz")
+    rods, way = hertz.rigid(90, 0.04, hertz.MU), (0.05, 0.02, 0)
+    pressed = hertz.moved(rods, (0, 0, -hertz.DEEP), 4)[-1]
+    drawn = dict.fromkeys(rods.numbers[0], CLAMPED) | dict.fromkeys(rods.numbers[1], End(move=way))
+    coarse, fine = (list(rods.path(drawn, 5, pressed, balance=share)) for share in (1.0, 0.02))
+    assert len(coarse) == 5
+    assert 6 < len(fine) < 40
+    assert abs(coarse[-1].gap) > 0.05 * coarse[-1].work
+    assert abs(fine[-1].gap) < 0.02 * fine[-1].work
+    for path in coarse, fine:
+        change = sum(path[-1].response.energy.values()) - sum(pressed.response.energy.values())
+        assert path[-1].work - change == pytest.approx(path[-1].gap)
+        force = np.array([hertz.upper_force(rods, each) for each in [pressed, *path]])
+        work = np.trapezoid(force @ way, [0.0, *(each.load for each in path)])
+        assert path[-1].work == pytest.approx(work)
+
+
+def test_dead_loads_do_their_work():
+    """A cantilever bent by a dead force and a dead moment, which are then taken off."""
+    loads = {0: CLAMPED, 16: End(move=FREE, turn=FREE, force=(0, 0.5, 0), moment=(0, 0, 0.3))}
+    *_, bent = Rods([LINE], 1e-3, SECTION).path(loads, 8)
+    assert bent.work == pytest.approx(sum(bent.response.energy.values()), rel=5e-3)
+    assert abs(bent.gap) < 5e-3 * bent.work
+    *_, straight = bent.rods.path({0: CLAMPED, 16: End(move=FREE, turn=FREE)}, 8, bent)
+    assert straight.work == pytest.approx(-bent.work, rel=0.01)
+
+
 def test_nodes_that_do_not_exist_are_refused():
     with pytest.raises(ConfigurationError, match="rods have nodes 0 to 16, not"):
         next(Rods([LINE], 1e-3, SECTION).path({0: CLAMPED, 17: CLAMPED}))

@@ -23,14 +23,11 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
+from knitstudy.mechanics.energy_balance import worth_halving
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import Guide, trace
 from knitstudy.mechanics.model import Model, Response
-
-# Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
-# divide that of the ledger by 64; where the force jumps within the increment they may not reduce it at all.
-WORTHWHILE = 0.75
 
 log = logging.getLogger(__name__)
 
@@ -164,7 +161,7 @@ def _accepted(
         if coarse is not None:
             alike = errors[coarse.unit]
             alike.append(coarse.error)
-            if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
+            if worth_halving(alike):
                 recorder.drop()
                 increment = increments.send(str(coarse))
                 continue
@@ -233,7 +230,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
 # The restart file of a run: the last converged increment and the history up to it, read and written
 
 
-KEPT = ("index", "load", "size", "largest", "damped", "headway", "rates", "updates")
+KEPT = ("index", "load", "size", "largest", "damped", "unbalanced_so_far", "headway", "rates", "updates")
 """Fields of an increment from which a run goes on, besides its state and its forces."""
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
@@ -308,7 +305,18 @@ class Checkpoint:
         )
 
 
-_NUMBERS = ("state.", "rates", "updates", "force", "mean_force", "load", "size", "largest", "damped")
+_NUMBERS = (
+    "state.",
+    "rates",
+    "updates",
+    "force",
+    "mean_force",
+    "load",
+    "size",
+    "largest",
+    "damped",
+    "unbalanced",
+)
 
 
 def _require_whole(data: dict[str, Floats]) -> None:
