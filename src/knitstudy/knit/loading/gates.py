@@ -73,8 +73,10 @@ def require_sound(
         fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
         require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
     unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
-    least = max(unloaded, increment.unbalanced_so_far), max(unloaded, increment.unbalanced)
-    require_closed_ledger(recorder, increment.index, gates.ledger, *least)
+    # Drag begins anew in every increment, so that its work and its energy differ by as much as they are
+    drag = 0.0 if stabilisation else increment.response.energy.get("stabilisation", 0.0) - increment.damped
+    open_energy = (max(unloaded, drag, each) for each in (increment.unbalanced_so_far, increment.unbalanced))
+    require_closed_ledger(recorder, increment.index, gates.ledger, *open_energy)
 
 
 def refusal(fact: str, gate: str, allowed: str, remedy: str) -> str:
@@ -239,8 +241,8 @@ def require_closed_ledger(
     recorder: Recorder,  # with the increment as its last one
     index: int,  # of the increment
     limit: float,  # largest gap over the work, `gates.ledger`
-    # Up to these gaps do not count, the whole one and that of an increment: of rounding, and of forces that the
-    # tolerance of the residual leaves unbalanced (`Increment.unbalanced`) [J]
+    # Up to these gaps do not count, the whole one and that of an increment: of rounding, of drag, and of forces that
+    # the tolerance of the residual leaves unbalanced (`Increment.unbalanced`) [J]
     least: float = 0.0,
     least_opened: float = 0.0,
 ) -> None:
