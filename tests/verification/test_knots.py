@@ -154,6 +154,15 @@ def test_nodes_that_do_not_exist_are_refused():
         next(Rods([LINE], 1e-3, SECTION).path({0: CLAMPED, 17: CLAMPED}))
 
 
+def test_what_nothing_resists_is_named():
+    """A straight rod that is pinned turns about its own axis for nothing, and about its end."""
+    pinned = {0: PINNED, 16: End(move=FREE, turn=FREE, force=(0, 1.0, 0))}
+    with pytest.raises(
+        ConvergenceError, match=r"nothing resists a motion of node .* and the stiffness matrix is singular"
+    ):
+        list(Rods([LINE], 1e-3, SECTION).path(pinned, 1))
+
+
 def test_arc_length_gives_up_where_nothing_balances():
     """Nothing holds the rod: its tangent is singular."""
     path = Rods([LINE], 1e-3, SECTION).arc_path({16: End(move=FREE, turn=FREE, force=(0, 1.0, 0))}, 0.1)

@@ -25,7 +25,7 @@ from knitstudy.mechanics.increment import (
     line_search,
     typical_stiffness,
 )
-from knitstudy.mechanics.linear import LinearSolver, System
+from knitstudy.mechanics.linear import LinearSolver, SingularStiffness, System
 from knitstudy.mechanics.model import Model, Response, eliminate, summed
 
 log = logging.getLogger(__name__)
@@ -337,6 +337,12 @@ class Newton:
         started = time.perf_counter()
         try:
             solution = self.solver.solve(rhs, tolerance)
+        except SingularStiffness as error:
+            name_of = getattr(self.model, "name_of", "unknown {}".format)
+            what = name_of(error.unknown)
+            raise NotConverged(
+                f"nothing resists a motion of {what}, and the stiffness matrix is singular"
+            ) from error
         except ConvergenceError as error:
             raise NotConverged(str(error)) from error
         self.spent[1] += solution.iterations

@@ -355,6 +355,12 @@ class EndlessBeams(Memoryless):
             state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
         return state
 
+    def name_of(self, unknown: int) -> str:
+        """Return what an unknown is, in words."""
+        if unknown < 6 * self.nodes:
+            return self.inner.name_of(unknown)
+        return f"the cell as a whole, its strain {STRAINS[(unknown - 6 * self.nodes) % 3]}"
+
     @property
     def drag_of_lattice(self) -> float:
         """Stiffness of the drag against the lattice [N/m]."""
