@@ -32,15 +32,17 @@ def main(meshes=(0.35, 0.25), picture=None, radii=(30.0, 100.0, 700.0)):
                         loop_radius(curve, middle) ** -0.5,
                         force / theory(loop_radius(curve, middle) ** -0.5, friction),
                         force / loose.shortened(1, shortening, friction).force,
+                        kept,
                     )
-                    for force, shortening, curve, middle in pulled(radius, 1, size, friction)
+                    for force, shortening, curve, middle, kept in pulled(radius, 1, size, friction)
                 ]
                 bracket.append(np.mean(sliding, axis=0))
-            e, first, both = np.transpose(bracket)
+            e, first, both, kept = np.transpose(bracket)
             at = f"mu {friction:g}, e = {e[-1]:.3f}"
             page.compare("F over leading terms", at, 1.0, first, None)
             bar = 0.03 + 0.2 * friction if e[-1] < 0.1 else None  # what is left out grows with friction
             page.compare("F over theory with the next terms", at, 1.0, both, bar)
+            page.compare("energies over work", at, 1.0, kept, 0.02)
             found.append((friction, e[-1], first[-1], both[-1]))
     for number, friction in enumerate(FRICTIONS):
         _, e, first, both = np.array([row for row in found if row[0] == friction]).T

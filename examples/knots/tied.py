@@ -10,7 +10,7 @@ from knitstudy.mechanics.beams.rods import FREE, End, Rods
 
 NAN = np.nan
 LIMITS = {"residual_tolerance": 1e-5, "correction_tolerance": 1e-4, "waste": 200, "stride": 0.7}
-OUT, STEPS = 1.5, 15  # how far ends move; steps are half a point of contact, longer ones lose friction
+OUT, STEPS = 1.5, 15  # how far ends move; steps are half a point of contact
 SETTLED = 0.4  # share of it from which friction acts in full
 
 
@@ -25,12 +25,12 @@ def ends(middle, last, out=NAN, pull=0.0):
 
 
 def pulled(radius, turns, size, friction):
-    """Yield equilibria of a knot while its strands slide: force, shortening, curve and middle node.
+    """Yield equilibria of a knot while its strands slide: force, shortening, curve, middle node and energy over work.
 
     The knot is drawn as theory has it, with a loop that leaves the braid at `radius`. It becomes straight without load
-    while a part of the force holds it; then its ends move out. Elements in its braid are `size` sqrt(h `radius`) long,
-    points of contact a fifth of the rod's radius apart. The law of contact begins softly, which Newton's method needs;
-    rods overlap by a twentieth of their diameter at last.
+    while a part of the force holds it, and friction comes to balance; then its ends move out. Elements in its braid are
+    `size` sqrt(h `radius`) long, points of contact a fifth of the rod's radius apart. The law of contact begins softly,
+    which Newton's method needs; rods overlap by a twentieth of their diameter at last.
     """
     theory, step = loose.knot(turns, 1 / radius, friction), size * np.sqrt(radius)
     nodes, middle = knot(theory, turns, size=step)
@@ -38,11 +38,13 @@ def pulled(radius, turns, size, friction):
     rods = Rods([nodes], 1.0, slender(1.0), law, friction, natural=0.0, per_node=round(5 * step))
     hold = theory.force * (0.85 if friction else 1.0)
     *_, held = rods.path(ends(middle, last, pull=hold), 6, **LIMITS)
+    *_, held = rods.path(ends(middle, last, pull=hold), 1, held, **LIMITS)
     for each in rods.path(ends(middle, last, out=OUT), STEPS, held, **LIMITS):
         if each.load >= SETTLED:
             curve = each.curve()
             length = np.linalg.norm(np.diff(curve, axis=0), axis=1).sum()
-            yield each.support[-1, 0], length - (curve[-1] - curve[0])[0], curve, middle
+            short = length - (curve[-1] - curve[0])[0]
+            yield each.support[-1, 0], short, curve, middle, 1 - each.gap / each.work
 
 
 def loop_radius(curve, middle):

@@ -45,10 +45,10 @@ def main(meshes=(0.35, 0.25), picture=None, knots=((1, 100.0), (2, 100.0), (3, 1
             sliding = list(pulled(radius, turns, size, FRICTION))
             ratios = [
                 (force / loose.shortened(turns, e, FRICTION).force, force / theory(e, turns, FRICTION))
-                for force, e, _, _ in sliding
+                for force, e, *_ in sliding
             ]
             bracket.append(np.mean(ratios, axis=0))
-        _, e, curve, _ = sliding[-1]
+        _, e, curve, *_ = sliding[-1]
         page.axes.plot(*curve[:, :2].T, lw=1, label=f"n = {turns}")
         at, (ends, long) = f"n = {turns}, mu {FRICTION:g}, e / h = {e:.0f}", np.transpose(bracket)
         page.compare("F over theory of a braid that ends", at, 1.0, ends, 0.07)

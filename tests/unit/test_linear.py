@@ -100,6 +100,16 @@ def test_a_singular_matrix_is_an_error():
         solver.solve(np.ones(COUNT), 1e-8)
 
 
+def test_a_direct_solver_names_what_nothing_resists():
+    lost = parts()[0].toarray()
+    lost[4], lost[:, 4] = 0, 0
+    solver = LU()
+    solver.use(System(sp.bsr_matrix(lost, blocksize=(3, 3))))
+    with refusal(r"nothing resists a motion of unknown 4") as refused:
+        solver.solve(np.ones(COUNT), 1e-8)
+    assert refused.value.unknown == 4
+
+
 @pytest.mark.parametrize(("factor", "direct"), [(1.0, False), (-1.0, True)])
 def test_lu_solves_where_iterations_do_not(factor, direct):
     matrix = factor * parts()[0]

@@ -1,5 +1,6 @@
 """Cells of beams: rest, large strains, cycles of a plain knit, agreement with solid yarns, machine files."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import yaml
 from refusals import refusal
 
+from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.models.beam import contact as beam_contact
@@ -26,6 +28,28 @@ def soft():
     scene = load_scene("cell-course-isotropic").vary(SOFT)
     geometry = lay_out(scene)
     return scene, geometry, STAGES["rest"].function(scene, geometry)
+
+
+@pytest.mark.parametrize("deformation", ["wale", "shear"])
+def test_a_cell_that_nothing_resists_yet_is_said_to_be_slack(deformation):
+    """Yarns drawn apart by 0.2 um: until they touch, drag alone has energy, 1e-18 J, and its ledger ends no run."""
+    drawn = Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1)
+    scene = CellOfBeams(
+        pattern=drawn,
+        yarn=SetYarn(diameter=0.05e-3, youngs_modulus=1e9),
+        load=CellStrain(deformation=deformation, strain=4e-3 if deformation == "shear" else 6e-4),
+        contact=Friction(friction=0.3),
+    ).vary({"load.lateral": "free", "mesh.beam_size": 1.5, "solver.increments": 4})
+    history = simulations.simulate(scene).history
+    strain, gap = history["strain"].to_numpy(), history["smallest_gap"].to_numpy()
+    said = re.match(r"no stiffness (.*) below a strain of (\S+): ", history.attrs["slack"])
+    assert said[1] == {"wale": "along wales", "shear": "in shear"}[deformation]
+    touches = strain[np.argmax(gap < 0)]
+    assert 0 < float(said[2]) <= 1.01 * touches
+    if deformation == "wale":
+        after = strain[strain > float(said[2])]
+        assert after[0] <= 1.5 * touches
+        assert history["force"][-1] > 1e3 * history["force"][1]  # of drag
 
 
 def test_no_force_acts_at_rest(soft):

@@ -159,6 +159,10 @@ class BentBeams(EndlessBeams):
         kept = key[order], past.traction[order], past.stored[order]
         return self.contact.restored_history(self.at_points(self._begins), NO_LATTICE, *kept)
 
+    def name_of(self, unknown: int) -> str:
+        """Return what an unknown is, in words."""
+        return self.inner.name_of(unknown) if unknown < 6 * self.nodes else "the bent cell as a whole"
+
     @property
     def per_curvature(self) -> Floats:
         """Angle phi [m] and force on it over a moment per width [m], by lengths of the flat sheet."""

@@ -166,6 +166,9 @@ class Increment:
     # the next one
     updates: tuple[np.ndarray, ...] = ()
     damped: float = 0.0  # work of viscous flows so far [J]
+    # most work that forces within the tolerance of the residual can have done: in this increment, and so far [J]
+    unbalanced: float = 0.0
+    unbalanced_so_far: float = 0.0
     newton_iterations: int = 0  # iterations spent on this increment, failed attempts included
     krylov_iterations: int = 0
     residual: float = 0.0  # final values of the two measures that `Settings` bounds

@@ -81,6 +81,7 @@ class Memoryless:
 class Model(Protocol):
     """Solids, beams, joints or contact, as a solver sees them."""
 
+    # A model may name an unknown for messages, by `name_of(unknown: int) -> str`.
     block: int  # unknowns a node: 3 for solids, 6 for beams (three translations, three of the spin)
     size: int  # number of unknowns
     # (size,), ``step * scale`` is a displacement [m] and ``force / scale`` a force [N]: 1 for translations, a

@@ -25,7 +25,7 @@ from knitstudy.mechanics.increment import (
     line_search,
     typical_stiffness,
 )
-from knitstudy.mechanics.linear import LinearSolver, System
+from knitstudy.mechanics.linear import LinearSolver, SingularStiffness, System
 from knitstudy.mechanics.model import Model, Response, eliminate, summed
 
 log = logging.getLogger(__name__)
@@ -281,12 +281,15 @@ class Newton:
         if now.damped:
             energy = summed(response.energy, {"stabilisation": now.damped})
             response = replace(response, energy=energy)
+        unbalanced = self._unbalanced_work(at)
         return Increment(
             index=now.index + 1,
             load=target,
             state=self.model.commit(at.state),
             response=response,
             damped=now.damped,
+            unbalanced=unbalanced,
+            unbalanced_so_far=now.unbalanced_so_far + unbalanced,
             size=change,
             rates=(Rate(change, at.total / change), *now.rates)[: max(self.settings.predictor, 1)],
             updates=tuple(after - before for before, after in pairwise([*at.updates, at.total])),
@@ -297,6 +300,15 @@ class Newton:
             residuals=tuple(at.residuals),
             timings=self.seconds,
         )
+
+    def _unbalanced_work(self, at: Iterate) -> float:
+        """Return the most work that forces can have done which the tolerance of the residual leaves unbalanced [J].
+
+        No unbalanced force is larger than the tolerance times the mean force, and each works on its own displacement:
+        the energies of a path are not known better.
+        """
+        largest = self.settings.residual_tolerance * at.response.mean_force
+        return largest * float(np.abs(at.total * self.model.scale)[self.free].sum())
 
     def _respond(self, state: Any, change: Floats | float, stiffness: bool) -> Response:
         started = time.perf_counter()
@@ -325,6 +337,12 @@ class Newton:
         started = time.perf_counter()
         try:
             solution = self.solver.solve(rhs, tolerance)
+        except SingularStiffness as error:
+            name_of = getattr(self.model, "name_of", "unknown {}".format)
+            what = name_of(error.unknown)
+            raise NotConverged(
+                f"nothing resists a motion of {what}, and the stiffness matrix is singular"
+            ) from error
         except ConvergenceError as error:
             raise NotConverged(str(error)) from error
         self.spent[1] += solution.iterations

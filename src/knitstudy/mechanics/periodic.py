@@ -356,6 +356,12 @@ class EndlessBeams(Memoryless):
             state = replace(state, contact=self._contact(state).commit(points, vectors, state.contact))
         return state
 
+    def name_of(self, unknown: int) -> str:
+        """Return what an unknown is, in words."""
+        if unknown < 6 * self.nodes:
+            return self.inner.name_of(unknown)
+        return f"the cell as a whole, its strain {STRAINS[(unknown - 6 * self.nodes) % 3]}"
+
     def diameter(self, state: EndlessState) -> float:
         """Return the diameter to which the yarns have grown [m]."""
         return self.contact.repulsion.diameter - (1 - state.beams.released) * self.thinner

@@ -94,6 +94,10 @@ class PressedBeams(Memoryless):
         rows = [[points[:-6], None], [images, up], [images, -up], [points[-6:], None]]
         self._spread = Spread(sp.bmat(rows, format="csr"))
 
+    def name_of(self, unknown: int) -> str:
+        """Return what an unknown is, in words."""
+        return self.cell.name_of(unknown) if unknown < self.cell.size else "the plates"
+
     def start(self) -> PressedState:
         """Return the state in which the load begins."""
         return PressedState(self.cell.start())

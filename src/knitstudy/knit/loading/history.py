@@ -165,6 +165,7 @@ def _peak_since() -> int:
 
 # Forms of energy in the ledger: external work = the sum of all others
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
+FORMS_OF_YARNS = ("internal", "hourglass", "penalty", "friction")
 
 
 @dataclass(frozen=True)
@@ -193,6 +194,9 @@ class Recorder:
     columns: dict[str, list[Any]] = field(default_factory=dict)  # one value an increment
     # One array an increment, of as many rows as points were in contact
     flat: dict[str, list[Floats]] = field(default_factory=dict)
+    # Energy up to every increment that says nothing about the yarns [J]: of the drag of what nothing holds, and of
+    # forces that the tolerance of the residual leaves unbalanced
+    undecided: list[float] = field(default_factory=list)
 
     def add(
         self,
@@ -219,6 +223,8 @@ class Recorder:
             **observed,
         }
         HISTORY.require([*row, *(f"contact_{name}" for name in points or {})])
+        drag = increment.response.energy.get("stabilisation", 0.0) - increment.damped
+        self.undecided.append(increment.unbalanced_so_far + max(drag, 0.0))
         for name, value in row.items():
             self.columns.setdefault(name, []).append(value)
         if points:
@@ -228,8 +234,17 @@ class Recorder:
 
     def drop(self) -> None:
         """Take the last increment away."""
-        for values in (*self.columns.values(), *self.flat.values()):
+        for values in (*self.columns.values(), *self.flat.values(), self.undecided):
             values.pop()
+
+    def slack(self) -> tuple[int, bool]:
+        """Return the last increment up to which nothing resists, and whether something does after it.
+
+        Yarns store and lose less than says nothing about them: a stiffness, if there is any, is not known.
+        """
+        energy = np.array(self.columns["energy"])[:, [FORMS.index(form) for form in FORMS_OF_YARNS]]
+        resists = np.flatnonzero(np.abs(energy).sum(axis=1) > self.undecided)
+        return (max(int(resists[0]) - 1, 0), True) if len(resists) else (len(energy) - 1, False)
 
     def _ledger(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
         ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])

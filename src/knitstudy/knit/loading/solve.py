@@ -23,14 +23,24 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
 from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.batches import reuse_memory, serial_blas
+from knitstudy.mechanics.energy_balance import worth_halving
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU, LinearSolver
 from knitstudy.mechanics.load_path import Guide, trace
 from knitstudy.mechanics.model import Model, Response
 
-# Largest ratio of the error after and before two halvings of an increment at which halving goes on. Two halvings should
-# divide that of the ledger by 64; where the force jumps within the increment they may not reduce it at all.
-WORTHWHILE = 0.75
+# Ways of loading, in words, by `load.deformation` of a cell or `load.direction` of a knit
+WAYS = {
+    "course": "along courses",
+    "wale": "along wales",
+    "biaxial": "in both directions",
+    "shear": "in shear",
+    "press": "between plates",
+}
+HELD_BY_NOTHING = (
+    "Yarns do not hold each other there: begin with the shape at rest (load.start), draw closer loops (smaller "
+    "pattern.course_spacing and pattern.wale_spacing, less pattern.loop_length), or use a larger load"
+)
 
 log = logging.getLogger(__name__)
 
@@ -143,10 +153,28 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
                 recorder.drop()  # refused
-            reached = f"ended at {place(last.load)}, load factor {last.load:.4g}"
+            reached, slack = (
+                f"ended at {place(last.load)}, load factor {last.load:.4g}",
+                slack_of(problem, recorder),
+            )
+            if slack and not recorder.slack()[1]:
+                error.args = (f"{error}; {slack}. {HELD_BY_NOTHING}",)
             error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
         raise
     return _history(problem, recorder, last)
+
+
+def slack_of(problem: Problem, recorder: Recorder) -> str:
+    """Return in words up to which strain nothing resists the load, "" if something does from the first increment on."""
+    scene, (index, _) = problem.scene, recorder.slack()
+    way = WAYS.get(scene.value("load.deformation") or scene.value("load.direction"))
+    if not index or way is None:
+        return ""
+    strain, undecided = recorder.columns["strain"][index], recorder.undecided[index]
+    return (
+        f"no stiffness {way} below a strain of {strain:.3g}: up to there yarns store less than the {undecided:.1g} J "
+        "of drag and of what solver.residual_tolerance leaves open"
+    )
 
 
 def _accepted(
@@ -164,7 +192,7 @@ def _accepted(
         if coarse is not None:
             alike = errors[coarse.unit]
             alike.append(coarse.error)
-            if len(alike) < 3 or alike[-1] <= WORTHWHILE * alike[-3]:
+            if worth_halving(alike):
                 recorder.drop()
                 increment = increments.send(str(coarse))
                 continue
@@ -217,12 +245,15 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
     refinement = scene.value("mesh.refinement")
     fewest = None if refinement is None else fewest_across(scene.specimen, refinement)
     fields = problem.fields(last.state) if problem.fields and last else {}
+    if slack := slack_of(problem, recorder):
+        log.info("%s", slack)
     return recorder.to_dataset(
         problem.constants | fields,
         scene=scene.name,
         fidelity=scene.fidelity,
         interaction=scene.interaction,
         **({"loosened": wider} if (wider := loosened(scene.gates, fewest)) else {}),
+        **({"slack": slack} if slack else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
         linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
         linear_setups=getattr(solver, "setups", 0),
@@ -233,7 +264,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
 # The restart file of a run: the last converged increment and the history up to it, read and written
 
 
-KEPT = ("index", "load", "size", "largest", "damped", "headway", "rates", "updates")
+KEPT = ("index", "load", "size", "largest", "damped", "unbalanced_so_far", "headway", "rates", "updates")
 """Fields of an increment from which a run goes on, besides its state and its forces."""
 
 _LEAVES = (np.ndarray, np.generic, bool, int, float, str)
@@ -267,6 +298,7 @@ class Checkpoint:
                 "flat_ends": np.cumsum([len(part) for part in parts]),
             }
         data |= {f"meter.{name}": value for name, value in recorder.meter.read().items()}
+        data["undecided"] = np.array(recorder.undecided)
         with replacing(self.path) as temporary, open(temporary, "wb") as file:
             np.savez(file, allow_pickle=False, **data)
 
@@ -297,6 +329,7 @@ class Checkpoint:
                 recorder.columns[name.removeprefix("column.")] = list(values)
             if name.startswith("flat."):
                 recorder.flat[name.removeprefix("flat.")] = np.split(values, data["flat_ends"][:-1])
+        recorder.undecided = data["undecided"].tolist()
         recorder.meter.go_on(
             {name.removeprefix("meter."): data[name].item() for name in data if name.startswith("meter.")}
         )
@@ -308,7 +341,18 @@ class Checkpoint:
         )
 
 
-_NUMBERS = ("state.", "rates", "updates", "force", "mean_force", "load", "size", "largest", "damped")
+_NUMBERS = (
+    "state.",
+    "rates",
+    "updates",
+    "force",
+    "mean_force",
+    "load",
+    "size",
+    "largest",
+    "damped",
+    "unbalanced",
+)
 
 
 def _require_whole(data: dict[str, Floats]) -> None:

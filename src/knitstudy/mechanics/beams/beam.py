@@ -317,7 +317,10 @@ class LineHistory(Chosen):
     force: Floats  # (m,), their part of the force [N]
     shear: Floats  # (m, 2, 3, 3), S in the axes of both sections
     spring: Floats  # (m,), k [N/m]
-    traction: Floats  # (m, 2, 3), friction on j in the axes of both sections [N]
+    traction: Floats  # (m, 2, 3), friction on j with which the next increment begins, in the axes of both sections [N]
+    end_traction: (
+        Floats  # (m, 2, 3), the same in the balanced state, from which the next increment's work counts [N]
+    )
     stored: Floats  # (m,), energy of elastic slip [J]
     dissipated: float = 0.0  # work of friction so far [J]
     points: CommittedPoints | None = None  # None: nothing has been converged yet
@@ -327,7 +330,7 @@ class LineHistory(Chosen):
         """Return the history of yarns that have not touched."""
         one, both = np.zeros(0), np.zeros((0, 2, 3))
         key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
-        return cls(key, both, both, one, one, one, one, one, one, square, one, both, one)
+        return cls(key, both, both, one, one, one, one, one, one, square, one, both, both, one)
 
 
 @dataclass(frozen=True, eq=False)

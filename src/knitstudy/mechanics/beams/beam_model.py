@@ -75,6 +75,12 @@ class BeamModel(Memoryless):
         state = BeamState(self.nodes.copy(), np.tile(np.eye(3), (len(self.nodes), 1, 1)))
         return state if self.contact is None else replace(state, contact=self.contact.start(state))
 
+    def name_of(self, unknown: int) -> str:
+        """Return what an unknown is, in words."""
+        node, component = divmod(unknown, self.block)
+        place = ", ".join(f"{x:.3g}" for x in self.nodes[node])
+        return f"node {node} at ({place}) m, {'turning about' if component > 2 else 'along'} {'xyz'[component % 3]}"
+
     def advance(self, state: BeamState, step: Floats) -> BeamState:
         """Return the state a step (size,) further: translations [m] and spins [rad] from the left."""
         step = np.asarray(step).reshape(-1, 2, 3)

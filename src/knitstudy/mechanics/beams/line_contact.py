@@ -178,8 +178,18 @@ class LineContact:
     ) -> ActivePairs:
         """Return the pairs that touch, and their friction; where there is none, their slip only if asked for."""
         pairs = self.pairs(state.position, vectors)
-        past = self._with_new_pairs(history if slip or self.mu else LineHistory.none(), pairs)
-        return ActivePairs(pairs, PairFriction.of(self.repulsion, self.mu, state, pairs, past))
+        past = history if slip or self.mu else LineHistory.none()
+        parted = self._parted(past, pairs, state.position, vectors)
+        past = self._with_new_pairs(past, pairs)
+        return ActivePairs(pairs, PairFriction.of(self.repulsion, self.mu, state, pairs, past, parted))
+
+    def _parted(
+        self, history: LineHistory, touching: PointPairs, position: np.ndarray, vectors: np.ndarray
+    ) -> PointPairs:
+        """Return the pairs of a history that do not touch any more, but are near each other."""
+        key = np.setdiff1d(history.key, touching.key, assume_unique=True)
+        near = self.pairs(position, vectors, near=True) if len(key) else touching
+        return near[np.flatnonzero(np.isin(near.key, key, assume_unique=True))]
 
     def loads(self, at: BeamState, vectors: np.ndarray, active: ActivePairs, second: bool = False) -> Loads:
         """Return the forces between pairs of points that touch."""
@@ -302,7 +312,7 @@ class LineContact:
         """Return the history of pairs that touch in a state, from their friction; see `LineHistory`."""
         points, pairs = self.committed_points(state, vectors), self.pairs(state.position, vectors)
         unslipped = self._unslipped(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
-        return replace(unslipped, traction=traction, stored=stored, points=points)
+        return replace(unslipped, traction=traction, end_traction=traction, stored=stored, points=points)
 
     def committed_points(self, state: BeamState, vectors: np.ndarray) -> CommittedPoints:
         """Return all points, as a history keeps them."""

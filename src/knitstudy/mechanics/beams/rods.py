@@ -25,6 +25,7 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
+from knitstudy.mechanics.energy_balance import balanced
 from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
 from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
@@ -34,6 +35,7 @@ from knitstudy.mechanics.rotation import turns
 Vector = Sequence[float] | Floats
 STILL, FREE = (0.0, 0.0, 0.0), (np.nan, np.nan, np.nan)
 ITERATIONS, HALVINGS = 12, 10  # most of one step by arc length
+BALANCE = 0.02  # largest share of the work that no energy may account for, by default
 
 
 @dataclass(frozen=True)
@@ -64,15 +66,15 @@ class Equilibrium:
     rods: Rods
     load: float
     state: RodState
+    # Forces and energies by form in balance: friction as it was then, not as the next increment begins
+    response: Response
+    # Work that ends and dead loads have done on the leg, and the part of it that no energy accounts for; nan unknown
+    work: float = np.nan
+    gap: float = np.nan
 
     def curve(self, rod: int = 0) -> Floats:
         """Return the places (n, 3) of the nodes of a rod."""
         return self.state.position[self.rods.numbers[rod]]
-
-    @cached_property
-    def response(self) -> Response:
-        """Forces and energies by form."""
-        return self.rods.respond(self.state, False)
 
     @cached_property
     def support(self) -> Floats:
@@ -174,21 +176,43 @@ class Rods(BeamModel):
         steps: int = 10,
         start: Equilibrium | None = None,
         stops: tuple[float, ...] = (),
+        balance: float = BALANCE,
         **limits: Any,
     ) -> Iterator[Equilibrium]:
         """Yield equilibria along a leg that begins where rods are drawn, or where another leg ended.
 
-        There are `steps`, or more where Newton's method needs shorter ones; `limits` are those of `Settings`. From
-        the end of the first leg on, the natural curvature acts in full. Raises ConvergenceError as `trace` does.
+        There are `steps`, or more where Newton's method or the balance of energies needs shorter ones: energies differ
+        from the work by the share `balance` at most, unless rods snap, which the log says. `limits` are those of
+        `Settings`. From the end of the first leg on, the natural curvature acts in full; a leg on which it grows does
+        work that is not counted, and has no balance. Raises ConvergenceError as `trace` does.
         """
         rods, state = self.on_leg(ends, start), self.start() if start is None else start.state
         if self.contact is not None:
             limits = {"stride": 0.5 * self.contact.line.repulsion.diameter} | limits
-        first = Increment(0, 0.0, state, rods.respond(state, False), 1.0 / steps)
+        first = Increment(0, 0.0, state, rods._begun(start, state), 1.0 / steps)
         fixed = np.setdiff1d(np.arange(self.size), rods.free)
         drive = PrescribedDisplacement(fixed, rods.value[fixed], stops=stops)
-        for each in trace(rods, drive, Settings(increments=steps, **limits), LU(), resume=first):
-            yield Equilibrium(rods, each.load, each.state)
+        increments = trace(rods, drive, Settings(increments=steps, **limits), LU(), resume=first)
+        if rods.released < 1 and np.any(self.elements.natural):
+            for each in increments:
+                yield Equilibrium(rods, each.load, each.state, each.response)
+            return
+        for each, work, gap in balanced(first, increments, rods._from_outside, balance):
+            yield Equilibrium(rods, each.load, each.state, each.response, work, gap)
+
+    def _begun(self, start: Equilibrium | None, state: RodState) -> Response:
+        """Return the response with which a leg begins: that in balance where the leg before ended."""
+        if start is None:
+            return self.respond(state, False)
+        response = start.response
+        return replace(response, force=response.force + start.state.dead - self.dead[0])
+
+    def _from_outside(self, increment: Increment) -> Floats:
+        """Return the forces and moments (size,) of supports, and the dead ones."""
+        support = increment.response.force.copy()
+        support[self.free] = 0.0
+        before, after = self.dead
+        return support + before + increment.load * (after - before)
 
     def arc_path(
         self, ends: Ends, size: float, start: Equilibrium | None = None, tolerance: float = 1e-8
@@ -210,13 +234,13 @@ class Rods(BeamModel):
                 raise ConvergenceError(
                     f"no step by arc length beyond load factor {load:.6g} converges; take shorter ones"
                 )
-            state, load, last = found
-            yield Equilibrium(rods, load, state)
+            state, load, last, response = found
+            yield Equilibrium(rods, load, state, response)
 
     def _arc_step(
         self, state: Any, load: float, last: Floats, size: float, tolerance: float
-    ) -> tuple[Any, float, Floats] | None:
-        """Return the state one step further, its load factor and the motion (size,), or None if iterations fail."""
+    ) -> tuple[Any, float, Floats, Response] | None:
+        """Return the state one step further, its load factor, motion (size,) and response; None if iterations fail."""
         free, along, moved, way = self.free, self.value, np.zeros(self.size), None
         pull = (self.dead[1] - self.dead[0])[free]
         for _ in range(ITERATIONS):
@@ -226,7 +250,7 @@ class Rods(BeamModel):
             if not np.isfinite(error):
                 return None
             if way is not None and error <= tolerance:
-                return self.commit(state), load, moved
+                return self.commit(state), load, moved, response
             K, steps = response.tangent.tocsr()[free], np.zeros((2, self.size))
             loads = np.column_stack([-response.force[free], pull - K @ along])
             try:

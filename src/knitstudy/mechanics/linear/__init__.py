@@ -121,6 +121,40 @@ _PBTRS = {dtype: _routine(f"{letter}pbtrs", 9) for dtype, letter in _LETTERS.ite
 REFINEMENTS = 3  # most steps of iterative refinement
 
 
+SHIFT = 1e-12  # of the mean stiffness, added to find what moves without any
+
+
+class SingularStiffness(ConvergenceError):
+    """A stiffness matrix without an inverse.
+
+    Attributes
+    ----------
+    unknown : int
+        The one that moves most where nothing resists.
+    """
+
+    def __init__(self, unknown: int) -> None:
+        super().__init__(f"the stiffness matrix is singular: nothing resists a motion of unknown {unknown}")
+        self.unknown = unknown
+
+    @classmethod
+    def of(cls, matrix: sp.bsr_matrix | sp.csr_matrix) -> SingularStiffness:
+        """Return the error of a matrix (n, n), from its answer to random forces with a faint stiffness beside it.
+
+        Examples
+        --------
+        >>> SingularStiffness.of(sp.csr_matrix(np.diag([1.0, 0.0, 2.0]))).unknown
+        1
+        """
+        diagonal = matrix.diagonal()
+        faint = SHIFT * max(float(np.abs(diagonal).mean()), np.finfo(float).tiny)
+        force = np.random.default_rng(0).standard_normal(len(diagonal))
+        moved = factorise(sp.csc_matrix(matrix) + faint * sp.identity(len(diagonal), format="csc")).solve(
+            force
+        )
+        return cls(int(np.argmax(np.abs(moved))))
+
+
 class LU:
     """Sparse LU of SciPy (SuperLU), with the options that suit symmetric stiffness matrices."""
 
@@ -140,13 +174,16 @@ class LU:
     forget = release
 
     def solve(self, rhs: Floats, tolerance: float) -> Solution:
-        """Solve directly; `tolerance` is met by far or the matrix is reported as singular."""
+        """Solve directly; `tolerance` is met by far, or SingularStiffness is raised."""
         started = time.perf_counter()
         self.setup_seconds = 0.0
         matrix = self._matrix
         assert matrix is not None, "no matrix to solve with: it was released"
         if self._factors is None:
-            self._factors = NodeFactors(matrix) if matrix.format == "bsr" else factorise(matrix)
+            try:
+                self._factors = NodeFactors(matrix) if matrix.format == "bsr" else factorise(matrix)
+            except ConvergenceError:
+                raise SingularStiffness.of(matrix) from None
             self.setup_seconds = time.perf_counter() - started
         x = self._factors.solve(rhs)
         level = np.linalg.norm(rhs)
@@ -157,9 +194,7 @@ class LU:
                 break
             x += self._factors.solve(residual)
         if not np.all(np.isfinite(x)):
-            raise ConvergenceError(
-                "the stiffness matrix is singular: something is free to move as a rigid body"
-            )
+            raise SingularStiffness.of(matrix)
         return Solution(x, 0)
 
 
