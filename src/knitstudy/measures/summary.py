@@ -25,6 +25,7 @@ ATTRIBUTES = {
     "interaction": "",
     "incomplete": "",
     "loosened": "",
+    "unstable": "",
     "scaled_from": "",
     "scaled_by": "1",
     "dof": "1",

@@ -64,6 +64,7 @@ class Iterate:
     iterations: int = 0
     still: int = 0
     tangent_is_stale: bool = True
+    negative_pivots: int | None = None  # of the last tangent
 
     @property
     def residual(self) -> float:
@@ -127,6 +128,7 @@ class Newton:
         try:
             while not self._is_accepted(at, now):
                 at = self._iterate(at, now, target)
+            at.negative_pivots = self._negative_pivots()
         finally:
             self.solver.forget()
         return self._converged(at, now, target)
@@ -294,6 +296,7 @@ class Newton:
             krylov_iterations=self.spent[1],
             residual=at.residual,
             correction=at.correction,
+            negative_pivots=at.negative_pivots,
             residuals=tuple(at.residuals),
             timings=self.seconds,
         )
@@ -332,6 +335,12 @@ class Newton:
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
+
+    def _negative_pivots(self) -> int | None:
+        """Return the negative pivots of the last tangent, None if they are not known: springs that hold hide some."""
+        count = self.solver.negative_pivots()
+        held = self.hold is not None and np.any(self.hold.stiffness)
+        return count or None if held else count
 
     def _forcing(self, at: Iterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).

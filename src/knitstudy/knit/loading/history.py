@@ -212,6 +212,7 @@ class Recorder:
             "reaction": reaction,
             "newton_iterations": increment.newton_iterations,
             "krylov_iterations": increment.krylov_iterations,
+            "negative_pivots": -1 if increment.negative_pivots is None else increment.negative_pivots,
             "residual": increment.residual,
             "correction": increment.correction,
             "energy": self._ledger(increment, displacement, reaction),

@@ -32,6 +32,10 @@ from knitstudy.mechanics.model import Model, Response
 # divide that of the ledger by 64; where the force jumps within the increment they may not reduce it at all.
 WORTHWHILE = 0.75
 
+UNSTABLE = (
+    "the path has passed a bifurcation or a limit point, and shapes beside the simulated one have less energy"
+)
+
 log = logging.getLogger(__name__)
 
 # Whether a run goes on from a restart file, for readers who do not want a line for every increment
@@ -173,9 +177,27 @@ def _accepted(
         require_lasting_friction(recorder, increment.index)
         if deepest is not None:
             require_apart(recorder, increment.index, deepest)
+        *before, pivots = recorder.columns["negative_pivots"]
+        if pivots > 0 and max(before) <= 0:
+            log.warning("increment %d: unstable %s", increment.index, unstable(recorder))
         yield increment
         errors.clear()
         increment = next(increments, None)
+
+
+def unstable(recorder: Recorder) -> str:
+    """Return where a path has lost its stability, in words; empty if it has not.
+
+    Pivots are of the tangent of an increment's last iteration: the path has changed since the increment before.
+    """
+    pivots = np.array(recorder.columns["negative_pivots"])
+    if not np.any(pivots > 0):
+        return ""
+    places = [recorder.motion.place(load) for load in recorder.columns["load"]]
+    first = int(np.argmax(pivots > 0))
+    stable = first + np.flatnonzero(pivots[first:] == 0)
+    again = f" (stable again by {places[stable[0]]})" if len(stable) else ""
+    return f"by {places[first]}{again}: {UNSTABLE}"
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
@@ -223,6 +245,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
         fidelity=scene.fidelity,
         interaction=scene.interaction,
         **({"loosened": wider} if (wider := loosened(scene.gates, fewest)) else {}),
+        **({"unstable": where} if last and (where := unstable(recorder)) else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
         linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
         linear_setups=getattr(solver, "setups", 0),

@@ -63,6 +63,13 @@ class LinearSolver(Protocol):
     def solve(self, rhs: Floats, tolerance: float) -> Solution:
         """Solve to a relative residual of `tolerance`; raises ConvergenceError if that is not reached."""
 
+    def negative_pivots(self) -> int | None:
+        """Return how many negative pivots the last solve has met, or None if that is not known.
+
+        Of a symmetric matrix and direct factors they are as many as negative eigenvalues. With any other, one tells
+        that some direction x has x . K x < 0, and none proves nothing.
+        """
+
 
 # Banded Cholesky factors by LAPACK, outside of the interpreter's lock
 # SciPy's own wrappers of these routines keep the lock, so that threads wait for each other; the addresses that SciPy
@@ -162,6 +169,26 @@ class LU:
             )
         return Solution(x, 0)
 
+    def negative_pivots(self) -> int | None:
+        """Return the number of negative pivots of the factors; None without factors, or where rows were exchanged.
+
+        Factors K = L D U with pivots on the diagonal have L = U^T where K is symmetric: D has K's inertia (Sylvester).
+        The symmetric part of an unsymmetric K is positive only if all pivots are.
+
+        Examples
+        --------
+        >>> solver = LU()
+        >>> solver.use(System(sp.csr_matrix([[1.0, 2.0], [2.0, 1.0]])))  # eigenvalues 3 and -1
+        >>> solver.solve(np.ones(2), 1e-10).x.round(12).tolist(), solver.negative_pivots()
+        ([0.333333333333, 0.333333333333], 1)
+        """
+        if self._factors is None:
+            return None
+        factors = self._factors.factors if isinstance(self._factors, NodeFactors) else self._factors
+        if not np.array_equal(factors.perm_r, factors.perm_c):
+            return None
+        return int(np.count_nonzero(factors.U.diagonal() < 0))
+
 
 class NodeFactors:
     """SuperLU factors of a structurally symmetric matrix of blocks, whose nodes have an order of least degree.
@@ -183,7 +210,7 @@ class NodeFactors:
         ordered = matrix.data[blocks.data], blocks.indices, blocks.indptr
         rows = sp.bsr_matrix(ordered, shape=matrix.shape).tocsr()
         transposed = sp.csc_matrix((rows.data, rows.indices, rows.indptr), shape=rows.shape)
-        self._factors = factorise(transposed, "NATURAL")
+        self.factors = factorise(transposed, "NATURAL")
         self.order = (size * order[:, None] + np.arange(size)).ravel()  # of the unknowns
 
     def solve(self, rhs: Floats) -> Floats:
@@ -196,7 +223,7 @@ class NodeFactors:
         [2.0, 1.0]
         """
         x = np.empty_like(rhs)
-        x[self.order] = self._factors.solve(rhs[self.order], trans="T")
+        x[self.order] = self.factors.solve(rhs[self.order], trans="T")
         return x
 
 
