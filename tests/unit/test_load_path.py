@@ -192,7 +192,7 @@ def test_a_path_says_once_where_it_passes_a_bifurcation(problem, tmp_path, caplo
     with pytest.raises(KeyboardInterrupt):
         solve_load_path(buckles, Run(restart=restart, progress=Reports(ends_at=0.75)))
     for history in (solve_load_path(buckles, Run(restart=restart)), solve_load_path(buckles)):
-        assert history["negative_pivots"].to_numpy().tolist() == [-1, 0, 0, 1, 1]
+        assert history["negative_eigenvalues"].to_numpy().tolist() == [-1, 0, 0, 1, 1]
         assert history.attrs["unstable"].startswith("by strain 3.75%: the path has passed a bifurcation")
     warned = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
     assert len(warned) == 2  # of two paths, one of them in two runs

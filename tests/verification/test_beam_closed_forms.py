@@ -137,17 +137,17 @@ def hinged_column(curved=0.0):
     return list(trace(column, PrescribedDisplacement(fixed, way), Settings(increments=29), LU()))
 
 
-def test_negative_pivots_are_the_buckling_loads_that_a_column_has_passed():
+def test_negative_eigenvalues_are_the_buckling_loads_that_a_column_has_passed():
     """A straight column stays straight beyond the loads n^2 pi^2 EI / L^2 (Euler 1744), in balance but not stable."""
     path = hinged_column()
     euler_loads = np.array([-increment.response.force[-6] for increment in path]) / 1e-4
     np.testing.assert_allclose(euler_loads, 15 * np.array([increment.load for increment in path]), rtol=3e-3)
-    passed = [increment.negative_pivots for increment in path[1:]]
+    passed = [increment.negative_eigenvalues for increment in path[1:]]
     assert passed == np.sqrt(euler_loads[1:]).astype(int).tolist()
 
 
 def test_a_column_that_buckles_stays_stable():
-    assert {increment.negative_pivots for increment in hinged_column(curved=1e-3)[1:]} == {0}
+    assert {increment.negative_eigenvalues for increment in hinged_column(curved=1e-3)[1:]} == {0}
 
 
 SECTION = BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)

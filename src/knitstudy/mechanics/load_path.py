@@ -43,7 +43,7 @@ def trace(
     increment, and lets increments grow from there.
 
     Yields every converged increment in order, starting with the undeformed state unless resumed. Newton's method
-    balances states that are not stable as well, beside which others have less energy: see `Increment.negative_pivots`.
+    balances states that are not stable as well, beside which others have less energy: `Increment.negative_eigenvalues`.
 
     Raises ConvergenceError if halving the increment `settings.cutbacks` times does not help, `settings.waste`
     iterations bring nothing, or rounding keeps the residual up; increments that were yielded stay valid.

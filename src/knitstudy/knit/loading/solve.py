@@ -177,8 +177,8 @@ def _accepted(
         require_lasting_friction(recorder, increment.index)
         if deepest is not None:
             require_apart(recorder, increment.index, deepest)
-        *before, pivots = recorder.columns["negative_pivots"]
-        if pivots > 0 and max(before) <= 0:
+        *before, negative = recorder.columns["negative_eigenvalues"]
+        if negative > 0 and max(before) <= 0:
             log.warning("increment %d: unstable %s", increment.index, unstable(recorder))
         yield increment
         errors.clear()
@@ -188,14 +188,14 @@ def _accepted(
 def unstable(recorder: Recorder) -> str:
     """Return where a path has lost its stability, in words; empty if it has not.
 
-    Pivots are of the tangent of an increment's last iteration: the path has changed since the increment before.
+    The path has lost it since the increment before. The tangent is that of the last iteration, a correction earlier.
     """
-    pivots = np.array(recorder.columns["negative_pivots"])
-    if not np.any(pivots > 0):
+    negative = np.array(recorder.columns["negative_eigenvalues"])
+    if not np.any(negative > 0):
         return ""
     places = [recorder.motion.place(load) for load in recorder.columns["load"]]
-    first = int(np.argmax(pivots > 0))
-    stable = first + np.flatnonzero(pivots[first:] == 0)
+    first = int(np.argmax(negative > 0))
+    stable = first + np.flatnonzero(negative[first:] == 0)
     again = f" (stable again by {places[stable[0]]})" if len(stable) else ""
     return f"by {places[first]}{again}: {UNSTABLE}"
 

@@ -215,7 +215,7 @@ class Krylov:
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
-        self._negative: int | None = None  # see `negative_pivots`
+        self._negative: int | None = None  # see `negative_eigenvalues`
 
     def forget(self) -> None:
         """Give up the matrix and the preconditioner, which the next solve makes anew."""
@@ -250,15 +250,14 @@ class Krylov:
             log.debug("LU solves what iterations do not: %s", error)
             solution = self._direct.solve(rhs, tolerance)
             self.setup_seconds += self._direct.setup_seconds
-            self._negative = self._direct.negative_pivots()
+            self._negative = self._direct.negative_eigenvalues()
             return solution
 
-    def negative_pivots(self) -> int | None:
-        """Return how many negative pivots the last solve has met, or None if that is not known.
+    def negative_eigenvalues(self) -> int | None:
+        """Return how many negative eigenvalues the last solve has met, or None if that is not known.
 
-        Conjugate gradients are Lanczos's method (Golub and Van Loan 2013, section 10.2): their curvatures are pivots of
-        the matrix in the directions that they go, up to the first negative one. Minimal residuals have none; the
-        solution alone is a direction of theirs.
+        Conjugate gradients are Lanczos's method (Golub and Van Loan 2013, section 10.2): they meet one at most, in the
+        directions that they go. Minimal residuals do not tell.
         """
         return self._negative
 
@@ -278,8 +277,6 @@ class Krylov:
             raise ConvergenceError(f"the linear solver failed: {problem}")
         if self._negative is None and self._system.unsymmetric is None:
             self._negative = 0
-        elif state.x @ (rhs - state.residual) < 0:  # x . K x
-            self._negative = 1
         return Solution(state.x, state.iterations)
 
     def _renew(self, system: System) -> None:

@@ -62,7 +62,7 @@ def bend(
         try:
             for now in trace(model, path, replace(settings, increments=count), LU()):
                 run.progress(0.5 * (along + now.load), name)
-                lost += [now.load] if now.negative_pivots else []
+                lost += [now.load] if now.negative_eigenvalues else []
                 at = np.flatnonzero(np.isclose(stops, now.load))
                 energy = now.response.energy["friction"] / (size * width)
                 curves[along, :, at] = now.state.lattice[3] / size, now.response.force[-1] / width, energy
