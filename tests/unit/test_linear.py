@@ -136,6 +136,43 @@ def test_an_indefinite_matrix_gives_a_step_that_lowers_the_energy(indefinite):
     assert 0.5 * step @ (matrix @ step) < rhs @ step
 
 
+def test_solvers_count_negative_eigenvalues_as_far_as_they_can(indefinite):
+    matrix, rhs = indefinite
+    positive, lopsided = parts()
+
+    def counted(solver, *system):
+        solver.use(System(*system))
+        solver.solve(rhs, 1e-10)
+        return solver.negative_eigenvalues()
+
+    assert LU().negative_eigenvalues() is None
+    assert counted(LU(), matrix) == np.count_nonzero(np.linalg.eigvalsh(matrix.toarray()) < 0) == 1
+    assert counted(LU(), -positive) == COUNT
+    assert counted(Krylov(Jacobi()), positive) == 0
+    assert counted(Krylov(Identity()), matrix) == 1
+    assert counted(Krylov(Identity(), LU()), -positive) == COUNT
+    assert counted(Krylov(Jacobi()), sp.bsr_matrix(positive + lopsided), lopsided) is None
+
+
+def test_two_negative_pivots_of_an_unsymmetric_matrix_are_no_negative_eigenvalue():
+    """Eigenvalues 0.5 +- 2i, whose determinant is positive; beside them one that is negative, and two of a saddle."""
+    turning, saddle = np.array([[-0.5, 2.0], [-2.5, 1.5]]), np.array([[-2.0, 1.0], [1.0, -3.0]])
+    for blocks, expected in (([turning], 0), ([turning, [[-1.0]]], 1), ([saddle], 2)):
+        solver = LU()
+        solver.use(System(sp.csr_matrix(sp.block_diag(blocks))))
+        solver.solve(np.ones(solver._matrix.shape[0]), 1e-10)
+        values = np.linalg.eigvals(sp.block_diag(blocks).toarray())
+        assert np.count_nonzero((values.imag == 0) & (values.real < 0)) == expected
+        assert solver.negative_eigenvalues() == expected
+
+
+def test_exchanged_rows_leave_no_inertia():
+    solver = LU()
+    solver.use(System(sp.csr_matrix([[0.0, 1.0], [1.0, 0.0]])))
+    assert solver.solve(np.array([2.0, 3.0]), 1e-10).x.tolist() == [3.0, 2.0]
+    assert solver.negative_eigenvalues() is None
+
+
 class Identity:
     def update(self, system):
         pass

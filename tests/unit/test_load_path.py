@@ -170,6 +170,35 @@ def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
     assert alike(history, solve_load_path(problem, Run(restart=tmp_path / "a.npz")))
 
 
+class Buckling(Spring):
+    """A spring whose end loses its hold across where it is stretched by 1.2 m."""
+
+    def respond(self, state, stiffness):
+        answer, hold = super().respond(state, stiffness), 1.2 - state.x[3]
+        force, matrix = answer.force.copy(), answer.stiffness
+        force[4] = hold * state.x[4]
+        if stiffness:
+            matrix = sp.csr_matrix(matrix)
+            matrix[4, 4] = hold
+        return replace(answer, force=force, stiffness=matrix)
+
+
+def test_a_path_says_once_where_it_passes_a_bifurcation(problem, tmp_path, caplog):
+    free = PrescribedDisplacement(np.array([0, 1, 2, 3, 5]), np.array([0, 0, 0, 2.0, 0]))
+    straight = replace(problem, model=Spring(), prescribed=free)
+    assert "unstable" not in solve_load_path(straight).attrs
+    assert not caplog.records
+    buckles, restart = replace(straight, model=Buckling()), tmp_path / "a.npz"
+    with pytest.raises(KeyboardInterrupt):
+        solve_load_path(buckles, Run(restart=restart, progress=Reports(ends_at=0.75)))
+    for history in (solve_load_path(buckles, Run(restart=restart)), solve_load_path(buckles)):
+        assert history["negative_eigenvalues"].to_numpy().tolist() == [-1, 0, 0, 1, 1]
+        assert history.attrs["unstable"].startswith("by strain 3.75%: the path has passed a bifurcation")
+    warned = [record.getMessage() for record in caplog.records if record.levelno == logging.WARNING]
+    assert len(warned) == 2  # of two paths, one of them in two runs
+    assert all(line.startswith("increment 3: unstable by strain 3.75%") for line in warned)
+
+
 class Regaining(Spring):
     """A spring beside friction that gives back its work beyond a stretch of 1.2 m."""
 

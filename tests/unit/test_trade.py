@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import trade as sample
 import xarray as xr
+from branches import STOPS, begun_finely
 from refusals import refusal
 from sample_points import drawn, points_of
 from trade import FOUND, measure_sample, sampled
@@ -151,6 +152,15 @@ def record(setting, force, reason=""):
         "values": {} if reason else {"force": force},
         "reason": reason,
     } | dict.fromkeys(("seconds", "memory", "unknowns", "increments"), 1)
+
+
+def test_knits_begin_with_small_increments_to_tell_branches_apart(trade):
+    case = Case("cut_knit", "touching")
+    fine = begun_finely(trade, case, "yarns2")
+    keys = trade.settings_of(case)
+    assert fine.settings_of(case) == keys | {"yarns2": keys["yarns2"] | {"load.stops": STOPS}}
+    knit = fine.scene(case, next(points_of(trade))[0])
+    assert knit.vary(fine.settings_of(case)["yarns2"]).load.stops == tuple(STOPS)
 
 
 def test_errors_are_to_the_limit_of_the_degrees(trade):

@@ -122,6 +122,34 @@ def test_lees_frame_snaps_through_under_a_prescribed_displacement(verify):
     verify.at_most("Lee's frame: load after it has snapped through", load[len(load) // 2 :].min(), -0.9)
 
 
+def hinged_column(curved=0.0):
+    """Return a path in 29 steps that shortens a column in one plane up to 15 Euler loads.
+
+    It starts straight, or as half a sine wave.
+    """
+    n, euler = 40, 1e-4  # euler: the strain pi^2 EI / EA L^2 of the first buckling load
+    x = np.linspace(0.0, 1.0, n + 1)
+    section = BeamSection(EA=1.0, kGA=1.0, EI=euler / np.pi**2, GJ=1.0)
+    column = chain(np.column_stack([x, curved * np.sin(np.pi * x), 0 * x]), section, radius=0.01)
+    out_of_plane = (6 * np.arange(n + 1)[:, None] + [2, 3, 4]).ravel()
+    fixed = np.concatenate([out_of_plane, [0, 1, 6 * n, 6 * n + 1]])
+    way = np.where(fixed == 6 * n, -15 * euler, 0.0)
+    return list(trace(column, PrescribedDisplacement(fixed, way), Settings(increments=29), LU()))
+
+
+def test_negative_eigenvalues_are_the_buckling_loads_that_a_column_has_passed():
+    """A straight column stays straight beyond the loads n^2 pi^2 EI / L^2 (Euler 1744), in balance but not stable."""
+    path = hinged_column()
+    euler_loads = np.array([-increment.response.force[-6] for increment in path]) / 1e-4
+    np.testing.assert_allclose(euler_loads, 15 * np.array([increment.load for increment in path]), rtol=3e-3)
+    passed = [increment.negative_eigenvalues for increment in path[1:]]
+    assert passed == np.sqrt(euler_loads[1:]).astype(int).tolist()
+
+
+def test_a_column_that_buckles_stays_stable():
+    assert {increment.negative_eigenvalues for increment in hinged_column(curved=1e-3)[1:]} == {0}
+
+
 SECTION = BeamSection(EA=1e3, kGA=4e2, EI=50.0, GJ=30.0)
 LENGTH, ELEMENTS = 2.0, 20
 STIFFNESS = np.array([300.0, 20.0, 70.0])

@@ -26,6 +26,7 @@ ATTRIBUTES = {
     "incomplete": "",
     "loosened": "",
     "slack": "",
+    "unstable": "",
     "scaled_from": "",
     "scaled_by": "1",
     "dof": "1",

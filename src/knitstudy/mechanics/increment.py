@@ -176,6 +176,8 @@ class Increment:
     largest: float = 1.0  # largest increment to try from there on
     # load factor at which the path last made progress, and iterations since then: failed ones and all
     headway: tuple[float, int, int] = (0.0, 0, 0)
+    # of the tangent of the last iteration, the prescribed unknowns held: see `LinearSolver.negative_eigenvalues`
+    negative_eigenvalues: int | None = None
     residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
     timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
 

@@ -42,7 +42,9 @@ def trace(
     The caller may reject an increment that is too large by sending the reason. The path then tries half of this
     increment, and lets increments grow from there.
 
-    Yields every converged increment in order, starting with the undeformed state unless resumed.
+    Yields every converged increment in order, starting with the undeformed state unless resumed. Newton's method
+    balances states that are not stable as well, beside which others have less energy: `Increment.negative_eigenvalues`.
+
     Raises ConvergenceError if halving the increment `settings.cutbacks` times does not help, `settings.waste`
     iterations bring nothing, or rounding keeps the residual up; increments that were yielded stay valid.
     """

@@ -64,6 +64,7 @@ class Iterate:
     iterations: int = 0
     still: int = 0
     tangent_is_stale: bool = True
+    negative_eigenvalues: int | None = None  # of the last tangent
 
     @property
     def residual(self) -> float:
@@ -127,6 +128,7 @@ class Newton:
         try:
             while not self._is_accepted(at, now):
                 at = self._iterate(at, now, target)
+            at.negative_eigenvalues = self._negative_eigenvalues()
         finally:
             self.solver.forget()
         return self._converged(at, now, target)
@@ -297,6 +299,7 @@ class Newton:
             krylov_iterations=self.spent[1],
             residual=at.residual,
             correction=at.correction,
+            negative_eigenvalues=at.negative_eigenvalues,
             residuals=tuple(at.residuals),
             timings=self.seconds,
         )
@@ -350,6 +353,12 @@ class Newton:
         self.seconds["setup"] += self.solver.setup_seconds
         self.seconds["solve"] += time.perf_counter() - started - self.solver.setup_seconds
         return solution.x
+
+    def _negative_eigenvalues(self) -> int | None:
+        """Return those of the last tangent, None if they are not known: springs that hold hide some."""
+        count = self.solver.negative_eigenvalues()
+        held = self.hold is not None and np.any(self.hold.stiffness)
+        return count or None if held else count
 
     def _forcing(self, at: Iterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).

@@ -36,6 +36,7 @@ from knitstudy.errors import (
 )
 from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
+from knitstudy.knit.loading.solve import UNSTABLE
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
@@ -476,6 +477,8 @@ class _Maker:
         made: xr.Dataset = self.store.get(self.plan.step("bending", self.plan.labelled(scene)))
         if made.attrs["ended"]:
             self.notes.append(f"Bending ended early: {made.attrs['ended']}")
+        if "unstable" in made.attrs:
+            self.notes.append(f"Bending is unstable ({made.attrs['unstable']}): {UNSTABLE}.")
         return made
 
     def rest(self, start: str) -> dict[str, xr.Dataset]:
@@ -520,6 +523,8 @@ class _Maker:
                 raise
             history = error.history
             self.notes.append(f"The path {name} {history.attrs.get(ENDED, f'ended early: {error}')}")
+        if "unstable" in history.attrs:
+            self.notes.append(f"The path {name} is unstable {history.attrs['unstable']}.")
         return history
 
 

@@ -216,6 +216,9 @@ class Recorder:
             "reaction": reaction,
             "newton_iterations": increment.newton_iterations,
             "krylov_iterations": increment.krylov_iterations,
+            "negative_eigenvalues": -1
+            if increment.negative_eigenvalues is None
+            else increment.negative_eigenvalues,
             "residual": increment.residual,
             "correction": increment.correction,
             "energy": self._ledger(increment, displacement, reaction),

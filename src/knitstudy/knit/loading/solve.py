@@ -42,6 +42,10 @@ HELD_BY_NOTHING = (
     "pattern.course_spacing and pattern.wale_spacing, less pattern.loop_length), or use a larger load"
 )
 
+UNSTABLE = (
+    "the path has passed a bifurcation or a limit point, and shapes beside the simulated one have less energy"
+)
+
 log = logging.getLogger(__name__)
 
 # Whether a run goes on from a restart file, for readers who do not want a line for every increment
@@ -201,9 +205,27 @@ def _accepted(
         require_lasting_friction(recorder, increment.index)
         if deepest is not None:
             require_apart(recorder, increment.index, deepest)
+        *before, negative = recorder.columns["negative_eigenvalues"]
+        if negative > 0 and max(before) <= 0:
+            log.warning("increment %d: unstable %s", increment.index, unstable(recorder))
         yield increment
         errors.clear()
         increment = next(increments, None)
+
+
+def unstable(recorder: Recorder) -> str:
+    """Return where a path has lost its stability, in words; empty if it has not.
+
+    The path has lost it since the increment before. The tangent is that of the last iteration, a correction earlier.
+    """
+    negative = np.array(recorder.columns["negative_eigenvalues"])
+    if not np.any(negative > 0):
+        return ""
+    places = [recorder.motion.place(load) for load in recorder.columns["load"]]
+    first = int(np.argmax(negative > 0))
+    stable = first + np.flatnonzero(negative[first:] == 0)
+    again = f" (stable again by {places[stable[0]]})" if len(stable) else ""
+    return f"by {places[first]}{again}: {UNSTABLE}"
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
@@ -254,6 +276,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
         interaction=scene.interaction,
         **({"loosened": wider} if (wider := loosened(scene.gates, fewest)) else {}),
         **({"slack": slack} if slack else {}),
+        **({"unstable": where} if last and (where := unstable(recorder)) else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
         linear_solver=type(getattr(solver, "preconditioner", solver)).__name__,
         linear_setups=getattr(solver, "setups", 0),

@@ -215,6 +215,7 @@ class Krylov:
         self._fresh = False
         self._rate = 0.0  # decades an iteration of the fresh preconditioner
         self._waste = np.inf
+        self._negative: int | None = None  # see `negative_eigenvalues`
 
     def forget(self) -> None:
         """Give up the matrix and the preconditioner, which the next solve makes anew."""
@@ -249,10 +250,19 @@ class Krylov:
             log.debug("LU solves what iterations do not: %s", error)
             solution = self._direct.solve(rhs, tolerance)
             self.setup_seconds += self._direct.setup_seconds
+            self._negative = self._direct.negative_eigenvalues()
             return solution
 
+    def negative_eigenvalues(self) -> int | None:
+        """Return how many negative eigenvalues the last solve has met, or None if that is not known.
+
+        Conjugate gradients are Lanczos's method (Golub and Van Loan 2013, section 10.2): they meet one at most, in the
+        directions that they go. Minimal residuals do not tell.
+        """
+        return self._negative
+
     def _solve(self, rhs: Floats, tolerance: float) -> Solution:
-        self.setup_seconds = 0.0
+        self.setup_seconds, self._negative = 0.0, None
         state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         assert self._system is not None, "no matrix to solve with: it was released"
         if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
@@ -265,6 +275,8 @@ class Krylov:
             problem = self._iterate(self._system, state, tolerance)
         if problem:
             raise ConvergenceError(f"the linear solver failed: {problem}")
+        if self._negative is None and self._system.unsymmetric is None:
+            self._negative = 0
         return Solution(state.x, state.iterations)
 
     def _renew(self, system: System) -> None:
@@ -285,6 +297,8 @@ class Krylov:
         start, before = float(np.linalg.norm(state.residual)), state.iterations
         method = conjugate_gradients if system.unsymmetric is None else minimal_residuals
         problem = method(rows, self.preconditioner.apply, state, goal, most)
+        if problem is INDEFINITE:
+            self._negative = 1
         if problem:
             return problem
         used, reached = state.iterations - before, float(np.linalg.norm(state.residual))

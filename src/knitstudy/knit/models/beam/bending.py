@@ -47,7 +47,8 @@ def bend(
     corners = TURNS if scene.load.turns else AHEAD
     way = np.cumsum(np.abs(np.diff(corners, prepend=0.0)))
     count = round(way[-1] * STEPS)
-    curves, first, ended = np.full((2, 3, count + 1), np.nan), [], []
+    curves, first = np.full((2, 3, count + 1), np.nan), []
+    ended, unstable = list[str](), list[str]()
     for along, name in enumerate(("course", "wale")):
         model = bent(scene, cell, along)
         first.append(model.bending_stiffness(model.start(), HELD))
@@ -56,19 +57,24 @@ def bend(
         turns[:, -1] = CURVATURE * corners * size
         path = PrescribedDisplacement(np.append(HELD, model.size - 1), turns, tuple((way / way[-1]).tolist()))
         stops = np.linspace(0, 1, count + 1)
+        lost = []  # load factors of unstable increments
         path = replace(path, stops=tuple(stops[1:].tolist()))
         try:
             for now in trace(model, path, replace(settings, increments=count), LU()):
                 run.progress(0.5 * (along + now.load), name)
+                lost += [now.load] if now.negative_eigenvalues else []
                 at = np.flatnonzero(np.isclose(stops, now.load))
                 energy = now.response.energy["friction"] / (size * width)
                 curves[along, :, at] = now.state.lattice[3] / size, now.response.force[-1] / width, energy
         except ConvergenceError as error:
             ended.append(f"{name}: {error}")
+        if lost:
+            unstable.append(f"{name}, by {path.at(lost[0])[-1] / size:.3g} 1/m")
     values = dict(zip(NAMES, curves.swapaxes(0, 1), strict=True)) | {
         "first_bending_stiffness": np.array(first)
     }
-    return xr.Dataset(BENDING.variables(values)).assign_attrs(ended="; ".join(ended))
+    bending = xr.Dataset(BENDING.variables(values)).assign_attrs(ended="; ".join(ended))
+    return bending.assign_attrs(unstable="; ".join(unstable)) if unstable else bending
 
 
 def bent(scene: CellOfBeams, cell: BeamCell, along: int) -> BentBeams:
