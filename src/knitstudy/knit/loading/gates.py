@@ -254,12 +254,28 @@ def require_closed_ledger(
     )
     ledger, share = f"increment {index}: the ledger of energies", f"{limit:.1%}"
     if added > max(limit * max(OWN_SHARE * done, EARLY_SHARE * work), unloaded):
-        opens = f"{ledger} opens further by {added:.3g} J, {times(added, done)} the work that is done in it"
+        opens = (
+            f"{ledger} opens further by {added:.3g} J, {times(added, done)} the work that is done in it; changes in it "
+            f"are {changes_by_form(energy)}"
+        )
         message = refusal(opens, "ledger", f"{share}, and one increment half of that", remedy)
         raise CoarseIncrement(message, added, "J", bearable=gap <= allowed)
     if gap > allowed:
         fact = f"{ledger} is open by {gap:.3g} J, {times(gap, work)} the external work"
         raise ConvergenceError(refusal(fact, "ledger", share, remedy))
+
+
+def changes_by_form(energy: Floats) -> str:
+    """Return in words by how much the forms of energy (2, forms) [J] change, the largest change first.
+
+    Examples
+    --------
+    >>> changes_by_form(np.array([[1.0, 1.0, 0.0, 0.0, 0.0, 0.0], [1.1, 3.0, 0.0, -1.6, 0.0, 0.0]]))
+    'internal +2 J, penalty -1.6 J, external +0.1 J'
+    """
+    change = dict(zip(FORMS, np.diff(energy, axis=0)[0], strict=True))
+    order = sorted((form for form in FORMS if change[form]), key=lambda form: -abs(change[form]))
+    return ", ".join(f"{form} {change[form]:+.3g} J" for form in order)
 
 
 def require_lasting_friction(recorder: Recorder, index: int) -> None:
