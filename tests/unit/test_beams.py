@@ -15,7 +15,7 @@ from knitstudy.knit.models.beam.contact import contact_of, joined
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, Elements
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
-from knitstudy.mechanics.beams.contact_points import ContactPoints
+from knitstudy.mechanics.beams.contact_points import ContactPoints, spline_weights
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
@@ -106,6 +106,19 @@ def test_pairs_of_a_stretched_knit_need_no_new_search(stretch, monkeypatch):
 def test_yarns_of_two_stations_are_refused():
     with refusal(r"yarn 1 has 2 beam nodes: .* needs at least 3"):
         ContactPoints.of(np.array([0, 0, 0, 1, 1]), np.array([0, 1, 2, 0, 1.0]), 2)
+
+
+@pytest.mark.parametrize("period", [None, 7.0])
+def test_a_yarn_goes_on_smoothly_through_uneven_stations(period):
+    """Tangent and curvature; a straight yarn stays straight, and its images follow it."""
+    step, low, high = 0.01, UNEVEN[0], UNEVEN[-1]
+    at = np.arange(low, high, step) if period is None else np.arange(low - 0.5, high + 0.5, step)
+    weights, periods = spline_weights(UNEVEN, at, period)
+    np.testing.assert_allclose(weights @ UNEVEN + (0 if period is None else periods * period), at, atol=1e-12)
+    assert (np.diff(weights.indptr) <= 6).all()
+    curvature = np.diff(weights.toarray(), 2, axis=0) / step**2
+    # Third derivatives times the step; parabolas from station to station jump by a tenth in position
+    assert np.abs(np.diff(curvature, axis=0)).max() < 0.3
 
 
 def test_points_near_a_tie_are_joined_by_its_number():

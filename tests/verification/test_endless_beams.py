@@ -135,7 +135,7 @@ def test_stockinette_of_acrylic_yarn_is_that_of_an_independent_program(monkeypat
         return one, one
 
     monkeypatch.setattr(Patch, "density", alone)
-    monkeypatch.setattr(beam_contact, "MOST", 2)
+    monkeypatch.setattr(beam_contact, "points_per_station", lambda length, fine: 2)
     scene = load_scene("cell-course-isotropic").vary(KEYS["independent program"])
     geometry = lay_out(scene)
     rest = STAGES["rest"].function(scene, geometry)

@@ -21,11 +21,26 @@ from knitstudy.mechanics.increment import Increment
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
 STRIDE = 0.1
 
-# Points of contact are no farther apart, over the radius, where `MOST` for every station are enough. Contact is soft
-# below an approach that is as much as the square of that: a hundredth of the radius of solid yarns, a twentieth of soft
-# ones, which overlap ten times as far.
-FINE, FINE_IN_LAYERS, MOST = 0.1, 0.23, 4
+# Points of contact are no farther apart, over the radius. Contact is soft below an approach that is as much as the
+# square of that: a hundredth of the radius of solid yarns, a twentieth of soft ones, which overlap ten times as far.
+# Yarns without friction that slide over points 0.1, 0.14, 0.25 and 0.6 R apart feel up to 0.6, 1.3, 5 and 15 % of the
+# force between them along the way (1e-4 to 1e-2 E R^2; tests/verification/test_sliding_yarns.py). `FEW` a station are
+# enough where they are nearly as fine.
+FINE, FINE_IN_LAYERS, FEW, NEARLY = 0.1, 0.23, 4, 1.5
+
 MOST_SHAPED = 5.0  # factor of surfaces that conform beyond which bounds of `laws` count
+
+
+def points_per_station(length: float, fine: float) -> int:
+    """Return how many points of contact the longest stations [m] need, `fine` [m] apart.
+
+    Examples
+    --------
+    >>> points_per_station(0.25, 0.1), points_per_station(0.56, 0.1), points_per_station(2.5, 0.1)
+    (3, 4, 25)
+    """
+    count = int(np.ceil(length / fine - 0.01).clip(1))
+    return min(count, FEW) if length <= FEW * NEARLY * fine else count
 
 
 @dataclass(frozen=True)
@@ -59,7 +74,7 @@ class YarnContact:
         diameter = self.yarn.diameter
         fine = (FINE if self.law.patch.spreads else FINE_IN_LAYERS) * min(yarn.radius for yarn in self.yarns)
         widest = ContactPoints.of(yarn, arc_length, 1, period).weight.max()
-        points = ContactPoints.of(yarn, arc_length, int(np.ceil(widest / fine - 0.01).clip(1, MOST)), period)
+        points = ContactPoints.of(yarn, arc_length, points_per_station(float(widest), fine), period)
         spacing = float(points.weight.max())
         onset = SPACINGS**2 * spacing**2 / (8 * diameter)  # contact of 2 sqrt(2 D e) over `SPACINGS` of them
         repulsion = Repulsion(self.law, diameter, onset)
