@@ -38,7 +38,7 @@ def pulled(radius, turns, size, friction):
     rods = Rods([nodes], 1.0, slender(1.0), law, friction, natural=0.0, per_node=round(5 * step))
     hold = theory.force * (0.85 if friction else 1.0)
     *_, held = rods.path(ends(middle, last, pull=hold), 6, **LIMITS)
-    *_, held = rods.path(ends(middle, last, pull=hold), 1, held, **LIMITS)
+    *_, held = rods.path(ends(middle, last, pull=hold), 1, held, balance=np.inf, **LIMITS)
     for each in rods.path(ends(middle, last, out=OUT), STEPS, held, **LIMITS):
         if each.load >= SETTLED:
             curve = each.curve()
