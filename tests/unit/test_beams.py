@@ -195,7 +195,7 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
 def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
     """In the stage, which sees no key but those it reads."""
 
-    def ends(model, prescribed, settings, solver):
+    def ends(model, prescribed, settings, solver, resume):
         raise ConvergenceError(f"increment 1 makes no headway. {settings.remedy}")
 
     monkeypatch.setattr(endless_beams, "trace", ends)

@@ -66,14 +66,14 @@ def lowest_mode(
 def _lowest(matrix: sp.spmatrix, neutral: Floats) -> tuple[float, Floats]:
     """Return the lowest eigenvalue of the Hermitian part of a matrix (n, n), and its vector (n,).
 
-    Springs along neutral motions N (n, k), with the stiffness c of a typical unknown, K + c N N^T, are a border of K:
+    Springs along neutral motions N (n, k), with the stiffness c of the stiffest unknown, K + c N N^T, are a border of K:
     factors of [K, N; N^T, -1/c] have a negative pivot for each of them.
     """
     hermitian = sp.csc_matrix(0.5 * (matrix + matrix.conj().T))
     n = hermitian.shape[0]
     begin = np.random.default_rng(0).standard_normal(n).astype(hermitian.dtype)
     motions = neutral / np.linalg.norm(neutral, axis=0)
-    spring = float(np.abs(hermitian.diagonal()).mean())
+    spring = float(np.abs(hermitian.diagonal()).max())
     if n <= SMALL:
         values, vectors = np.linalg.eigh(hermitian.toarray() + spring * motions @ motions.conj().T)
         return float(values[0]), _directed(vectors[:, 0], begin)

@@ -141,8 +141,8 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
             _print_keys(scene, sources, what, changes, config)
-            click.echo(loop or "", nl=bool(loop))
             click.echo(_known_rest(scene, what, config), nl=STAGES["rest"].of(scene))
+            click.echo(loop or "", nl=bool(loop))
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
                 click.echo(question, err=True)
