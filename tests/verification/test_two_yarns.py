@@ -286,16 +286,18 @@ def test_two_yarns_of_equal_values_are_one_yarn():
 
 def test_rows_of_the_second_yarn_alone_are_its_fabric():
     """A thinner and softer yarn in loops that were drawn for the first one, beside a scene of it in the same loops."""
-    small = {"pattern.rows": 2, "load.lateral": "free", "contact.friction": 0.3, "mesh.beam_size": 0.6}
+    small = {"pattern.rows": 2, "load.lateral": "free", "contact.friction": 0.3, "mesh.beam_size": 0.5}
     small |= {"load.strain": 0.06, "solver.increments": 4}
     first = load_scene("stitches-plain-course").vary(KEYS | small)
     geometry, thin = lay_out(first), 0.9 * first.yarn.diameter
     second = first.vary({"yarn_b.diameter": thin, "yarn_b.youngs_modulus": SOFT, "yarn_b.rows": ["b"]})
-    alone = {"yarn.diameter": thin, "yarn.youngs_modulus": SOFT, "mesh.beam_size": 0.6 / 0.9}
+    alone = {"yarn.diameter": thin, "yarn.youngs_modulus": SOFT, "mesh.beam_size": 0.5 / 0.9}
     both, one = (simulate(scene, geometry) for scene in (second, first.vary(alone)))
-    for name in ("force_per_width", "cell_strain", "energy", "largest_overlap"):
+    for name in ("force_per_width", "cell_strain", "energy"):
         within = 1e-4 * float(abs(one[name]).max())
         np.testing.assert_allclose(both[name], one[name], atol=within, rtol=0)
+    # In radii: yarns hardly overlap, and Newton's tolerance leaves them a millionth
+    np.testing.assert_allclose(both["largest_overlap"], one["largest_overlap"], atol=1e-6, rtol=0)
     assert one.force_per_width.values[-1, 0] > 0
 
 
