@@ -66,8 +66,8 @@ def lowest_mode(
 def _lowest(matrix: sp.spmatrix, neutral: Floats) -> tuple[float, Floats]:
     """Return the lowest eigenvalue of the Hermitian part of a matrix (n, n), and its vector (n,).
 
-    Springs along neutral motions N (n, k), with the stiffness c of the stiffest unknown, K + c N N^T, are a border of K:
-    factors of [K, N; N^T, -1/c] have a negative pivot for each of them.
+    Springs along neutral motions N (n, k), with the stiffness c of the stiffest unknown, K + c N N^T, are a border of
+    K: factors of [K, N; N^T, -1/c] have a negative pivot for each of them.
     """
     hermitian = sp.csc_matrix(0.5 * (matrix + matrix.conj().T))
     n = hermitian.shape[0]
