@@ -118,16 +118,12 @@ class Wave:
     """The wave over several cells against which an endless structure is stiff the least."""
 
     stiffness: float  # [N/m]
-    length: Ints  # (2,), cells, or stitches, along both directions after which it repeats itself
+    length: Ints  # (2,), cells along both directions after which it repeats itself
 
     @property
     def unstable(self) -> bool:
         """Whether the structure gives way in this wave."""
         return self.stiffness < 0
-
-    def of_stitches(self, stitches: Ints) -> Wave:
-        """Return the wave with its length in loops and rows, of which a cell has so many (2,)."""
-        return Wave(self.stiffness, self.length * stitches)
 
 
 class Waves:

@@ -45,9 +45,10 @@ INCREMENTS = 20  # of the way to rest, where none of them fails
 WASTE = 4000  # iterations without headway on the way to rest: loops of lace snap into place one by one
 PUSH = 0.06  # over the diameter, along a mode that gives way: more than rounding, less than a stride
 MOST_SADDLES = 20  # on one way to rest
-FLOWS = (
-    -1
-)  # failed iterations from which on a viscous flow leads on: Newton's method alone would go back to a saddle
+# Failed iterations from which on a viscous flow leads on: Newton's method alone would go back to a saddle
+FLOWS = -1
+# Unknowns of a cell with all that it touches, beyond which waves are not asked for: their tangent takes 0.6 GB and 9 s
+MOST_UNKNOWNS = 100_000
 
 
 def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates: float = 0.0) -> xr.Dataset:
@@ -75,12 +76,12 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     increments = last.index
     state = way.stable(cell, last)
     stitches = np.array([scene.pattern.loops, scene.pattern.rows])
-    wave = None if plates else cell.lowest_wave(state).of_stitches(stitches // repeats)
+    wave = None if plates else cell.lowest_wave(state, stitches // repeats)
     if repeats.prod() > 1:
         cell, state = cell.tiled(state, repeats)
         if wave is not None and wave.unstable:
             state = way.stable(cell, standing(cell.model, state))
-            wave = cell.lowest_wave(state).of_stitches(stitches)
+            wave = cell.lowest_wave(state, stitches)
     if wave is not None and wave.unstable:
         log.warning("scene %r: %s", scene.name, hidden(scene, wave.length))
     model, vectors = cell.model, cell.model.vectors(state)
@@ -147,14 +148,21 @@ class _Cell:
             tiled = replace(tiled, contact=model.contact.restored_history(at_points, vectors, *rubbing))
         return larger.starting_at(tiled), tiled
 
-    def lowest_wave(self, state: EndlessState) -> Wave:
-        """Return the wave over several cells against which a state is stiff the least."""
-        reach = self._farthest(state)
-        larger, tiled = self.tiled(state, 2 * reach + 1)
-        tiling = Tiling.of(self.rows.stations.yarn, 2 * reach + 1)
+    def lowest_wave(self, state: EndlessState, stitches: Ints) -> Wave | None:
+        """Return the wave over several cells against which a state is stiff the least; None of very large cells.
+
+        Its length is in loops and rows, of which the cell has so many `stitches` (2,).
+        """
+        counts = 2 * self._farthest(state) + 1
+        if self.model.size * counts.prod() > MOST_UNKNOWNS:
+            log.info("a cell of %d unknowns is too large to ask it for waves over several", self.model.size)
+            return None
+        larger, tiled = self.tiled(state, counts)
+        tiling = Tiling.of(self.rows.stations.yarn, counts)
         nodes = slice(6 * self.model.nodes)
         neutral = self.neutral(state)[nodes]
-        return Waves(tangent(larger.model, tiled), self.model.scale[nodes], tiling, neutral).lowest()
+        wave = Waves(tangent(larger.model, tiled), self.model.scale[nodes], tiling, neutral).lowest()
+        return replace(wave, length=wave.length * stitches)
 
     def neutral(self, state: EndlessState) -> Floats:
         """Return motions (size, k) that cost nothing: yarns slide that do not rub and are straight without forces."""
