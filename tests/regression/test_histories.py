@@ -4,9 +4,14 @@ Where a change of numbers is wanted, ``python tests/regression/test_histories.py
 the change says by how much they moved.
 """
 
+import os
+import platform
 import sys
 from functools import cache
 from pathlib import Path
+
+if platform.machine() == "x86_64":  # as tests/conftest.py does, where this file is not run by pytest
+    os.environ.setdefault("OPENBLAS_CORETYPE", "Haswell")
 
 import numpy as np
 import pandas as pd

@@ -68,10 +68,10 @@ def cell():
 
 
 def test_forces_of_the_jersey_change_with_diameter_and_spacing(cell):
-    """The documented jersey in 200 increments: 51.5 N/m, of 1.02 d 54.3, of 1.02 times the course spacing 49.9."""
+    """The jersey: of 1.02 d 54.3 for 51.5 N/m; beams of 0.3 R, 1.02 times the course spacing: 49.69 for 51.43."""
     effects = {effect.key: effect.exponent for effect in inputs.effects_on_force(Problem(cell))}
     assert effects["yarn.diameter"] == pytest.approx(2.64, rel=0.03)
-    assert effects["pattern.course_spacing"] == pytest.approx(-1.62, rel=0.05)
+    assert effects["pattern.course_spacing"] == pytest.approx(-1.74, rel=0.05)
 
 
 def test_a_plan_is_of_the_simulation_and_names_inputs(cell, tmp_path, monkeypatch):
