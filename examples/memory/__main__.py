@@ -85,7 +85,8 @@ def rib(axes, friction=0.3, increments=170):
     Congruency: cycles between the same strains are alike, whatever was before them.
     """
     begun = time.process_time()
-    turns = (0.6, 0.4, 0.6, 0.75, 0.4, 0.6, 0.4, 0.6, 0.3)
+    low, high = 0.2, 0.35
+    turns = (high, low, high, 0.45, low, high, low, high, 0.1)
     changes = {
         "contact.friction": friction,
         "load.turns": turns[:-1],
@@ -100,11 +101,11 @@ def rib(axes, friction=0.3, increments=170):
     first, second, third = force[0] - force[1], force[5] - force[4], force[5] - force[6]
     opened = force[2] - force[0]
     upper, lower, alike = opened / first, (force[6] - force[4]) / second, third / first
-    of, spent = "0.4 to 0.6 on", time.process_time() - begun
+    of, spent = f"{low:g} to {high:g} on", time.process_time() - begun
     return [
         ("rib", "change of the upper force by a cycle, over the cycle", f"{of} loading", 0.0, upper, spent),
         ("rib", "change of the lower force by a cycle, over the cycle", f"{of} unloading", 0.0, lower, spent),
-        ("rib", "cycle on unloading over that on loading", "0.4 to 0.6", 1.0, alike, spent),
+        ("rib", "cycle on unloading over that on loading", f"{low:g} to {high:g}", 1.0, alike, spent),
     ]
 
 
