@@ -191,7 +191,7 @@ def test_no_deck_is_written_where_every_linear_law_misses_a_path(results, tmp_pa
 
 
 def test_a_singular_law_is_for_no_deck():
-    """States whose stresses stand in nearly one ratio, as the jersey's deck had it."""
+    """A law whose stresses are proportional to each other but for 1e-5, as those of the jersey's deck were."""
     law = ExponentialLaw(
         np.array([[4.0, 2.0, 0], [2.0, 1.0 + 1e-5, 0], [0, 0, 1.0]]), np.empty(0), np.empty((0, 3))
     )

@@ -259,14 +259,14 @@ def fit_linear(states: States, mirrored: bool = True) -> np.ndarray:
         sum (S - A E) . A^-1 (S - A E) = tr(A P) + tr(A^-1 Q) - 2 sum S . E,   P = sum E E^T,   Q = sum S S^T
 
     It is convex in A, and least where A P A = Q: at the geometric mean of P^-1 and Q (Bhatia 2007, Positive definite
-    matrices, section 4.1), which is positive definite. Least squares of S - A E at given strains are not: a fabric that
-    stiffens has strains across that no linear law has, and the nearest one ends without any stiffness in one direction.
-    Of a `mirrored` law, shear is apart from both tensions, so that neither has a say in the other.
+    matrices, section 4.1), which is positive definite. The law of least squares of S - A E is not: a fabric that
+    stiffens has strains across that no linear law has, and the nearest law has no stiffness in one direction.
+    Of a `mirrored` law, shear is fitted apart from both tensions, so that neither changes the other.
 
     Raises
     ------
     DataFileError
-        If strains of all states stand in one ratio.
+        If the strains of all states are proportional to each other: the law needs states of several load paths.
     """
     strain, derivative = green(states.stretch)
     stress = np.linalg.solve(np.swapaxes(derivative, 1, 2), states.force[..., None])[..., 0]
