@@ -251,9 +251,10 @@ def test_millimetres_that_are_called_metres_are_questioned(tmp_path, caplog):
     assert "lengths in mm?" in caplog.text
 
 
-def texgen(
-    path, yarns, repeats=(), section='<Section Width="{0}" Height="{0}"/>', scale="mm", nodes="MasterNode"
-):
+ROUND = '<Section type="CSectionEllipse" Width="{0}" Height="{0}"/>'
+
+
+def texgen(path, yarns, repeats=(), section=ROUND, scale="mm", nodes="MasterNode"):
     """Write yarns through points [m] as TexGen does, with lengths in mm."""
     text = f'<?xml version="1.0" ?>\n<TexGenModel version="3.14.0"><Textile GeometryScale="{scale}">'
     for points in yarns:
@@ -293,10 +294,17 @@ def test_a_weave_of_texgen_is_its_yarns(tmp_path, caplog):
     ("changes", "message"),
     [
         ({"yarns": []}, "holds no yarns of TexGen"),
-        ({"section": '<Section type="CSectionPolygon"/>'}, "each of one section with a width and a height"),
+        ({"section": '<Section type="CSectionEllipse"/>'}, "each of one section with a width and a height"),
+        ({"section": ROUND + ROUND.replace("Ellipse", "Rectangle")}, "each of one section"),
+        ({"section": ROUND.replace("{0}", "nan")}, "each of one section"),
         (
-            {"section": '<Section Width="1" Height="1"/><Section Width="2" Height="1"/>'},
-            "each of one section",
+            {"section": '<Section type="CSectionPolygon"/>'},
+            "a section CSectionPolygon.*allowed are CSectionEll",
+        ),
+        ({"section": '<Section Width="1" Height="1"/>'}, "a section without a type"),
+        (
+            {"section": f'<Section type="CSectionRotated" Angle="1">{ROUND}</Section>'},
+            "a section CSectionRotated",
         ),
         ({"scale": "in"}, r"has no column 'x \[m\]', only 'yarn', 'x \[in\]'"),
         ({"yarns": [YARNS[0][:3]]}, "a yarn has 3 points"),
@@ -305,6 +313,38 @@ def test_a_weave_of_texgen_is_its_yarns(tmp_path, caplog):
 def test_a_file_of_texgen_without_round_yarns_is_refused(tmp_path, changes, message):
     with refusal(message):
         read_fabric(texgen(tmp_path / "a.tg3", **({"yarns": YARNS} | changes)))
+
+
+def profile_of(section: str, attributes: dict[str, float], t):
+    """Return x and the thickness there of a section, both (n,), by TexGen's parametric forms."""
+    x = 0.5 * attributes["Width"] * np.cos(t)
+    if section == "CSectionRectangle":
+        return x, np.full_like(x, attributes["Height"])
+    if section == "CSectionLenticular":
+        rises = [0.5 * attributes["Height"] - side * attributes["Distortion"] for side in (1, -1)]
+        radii = [(0.25 * attributes["Width"] ** 2 + rise**2) / (2 * rise) for rise in rises]
+        return x, sum(np.sqrt(r**2 - x**2) - (r - rise) for r, rise in zip(radii, rises, strict=True))
+    return x, attributes["Height"] * np.sin(t) ** attributes.get("Power", 1.0)
+
+
+@pytest.mark.parametrize(
+    ("section", "more"),
+    [
+        ("CSectionEllipse", {}),
+        ("CSectionRectangle", {}),
+        ("CSectionLenticular", {"Distortion": 0.0}),
+        ("CSectionLenticular", {"Distortion": -0.02}),
+        ("CSectionPowerEllipse", {"Power": 1.0}),
+        ("CSectionPowerEllipse", {"Power": 0.3}),
+    ],
+)
+def test_yarns_of_texgen_have_the_area_of_their_sections(tmp_path, section, more):
+    attributes = {"Width": 0.6, "Height": 0.28} | more
+    text = "".join(f' {name}="{value}"' for name, value in attributes.items())
+    yarns = [np.linspace([0, 0, 0], [0.01, 0, 0], 5)]
+    fabric = read_fabric(texgen(tmp_path / "a.tg3", yarns, section=f'<Section type="{section}"{text}/>'))
+    x, thickness = profile_of(section, attributes, np.linspace(np.pi, 0, 20001))
+    assert np.pi * (1e3 * fabric.radius) ** 2 == pytest.approx(np.trapezoid(thickness, x), rel=1e-5)
 
 
 def test_a_file_that_is_no_xml_is_refused(tmp_path):

@@ -9,13 +9,14 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import atan, cos, gamma, isfinite, pi, sin, sqrt
 from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 
-from knitstudy.errors import ConfigurationError, DataFileError
+from knitstudy.errors import ConfigurationError, DataFileError, printable
 from knitstudy.files import read_dataset, read_table, read_text
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_of
@@ -92,8 +93,8 @@ def read_texgen(path: Path) -> Fabric:
     """Return the fabric of a file of TexGen (.tg3): curves through all points of its yarns, or else the master nodes.
 
     Yarns that repeat themselves along x, and again along y, are a cell of an endless fabric; other repeats are left out
-    with a warning. Yarns are round, with the area of the elliptic sections.
-    Raises DataFileError as `read_centrelines`, and where a file has no yarns of one section.
+    with a warning. Yarns are round, with the area of their sections (`SECTION_AREAS`).
+    Raises DataFileError as `read_centrelines`, where yarns are not of one section, and for sections of other types.
     """
     rows: list[tuple[float, ...]] = []
     repeats: set[tuple[float, ...]] = set()
@@ -102,14 +103,14 @@ def read_texgen(path: Path) -> Fabric:
         if not (yarns := textile.findall("Yarn")):
             raise ValueError
         for number, yarn in enumerate(yarns):
-            ((width, height),) = {(of.attrib["Width"], of.attrib["Height"]) for of in yarn.iter("Section")}
-            radius = 0.5 * (float(width) * float(height)) ** 0.5
+            (area,) = {_section_area(path, section) for section in yarn.iter("Section")}
+            radius = sqrt(area / pi)
             nodes = yarn.findall("SlaveNode") or yarn.findall("MasterNode")
             rows += [(number, *map(float, node.attrib["Position"].split(",")), radius) for node in nodes]
             repeats |= {tuple(map(float, of.attrib["value"].split(","))) for of in yarn.iter("Repeat")}
         unit = f"[{textile.get('GeometryScale', 'mm')}]"
         table = pd.DataFrame(rows, columns=[name.replace("[m]", unit) for name in COLUMNS])
-    except (ElementTree.ParseError, IndexError, KeyError, ValueError):
+    except (ElementTree.ParseError, ArithmeticError, LookupError, ValueError):
         fact = "holds no yarns of TexGen, each of one section with a width and a height"
         raise DataFileError(f"{path}: {fact}; save it with standard or full output") from None
     points, periods = table.groupby("yarn")[list(table.columns[1:4])], np.array(sorted(repeats, reverse=True))
@@ -118,6 +119,50 @@ def read_texgen(path: Path) -> Fabric:
         return _fabric_of_table(path, table, periods)
     log.warning("%s: repeats are left out, which are not along x as the yarns and along y: %s", path, repeats)
     return _fabric_of_table(path, table)
+
+
+def _lenticular_area(width: float, height: float, distortion: float) -> float:
+    """Return the area between two arcs over one chord, which rise by half the height less and more the distortion.
+
+    Raises ValueError where an arc is more than half a circle, or turned inside out.
+    """
+    area = 0.0
+    for rise in (0.5 * height - distortion, 0.5 * height + distortion):
+        if not 0 <= 2 * rise <= width:
+            raise ValueError
+        half_angle = 2 * atan(2 * rise / width)
+        radius = 0.5 * width / sin(half_angle) if rise else 0.0
+        area += radius**2 * (half_angle - sin(half_angle) * cos(half_angle))
+    return area
+
+
+def _power_ellipse_area(width: float, height: float, power: float) -> float:
+    """Return the area of x = width / 2 cos(t), y = height / 2 sin(t)^power; raises ValueError unless power > 0."""
+    if power <= 0:
+        raise ValueError
+    return 0.5 * width * height * sqrt(pi) * gamma(0.5 * power + 1) / gamma(0.5 * power + 1.5)
+
+
+SECTION_AREAS: dict[str, tuple[Callable[..., float], tuple[str, ...]]] = {
+    "CSectionEllipse": (lambda width, height: 0.25 * pi * width * height, ("Width", "Height")),
+    "CSectionLenticular": (_lenticular_area, ("Width", "Height", "Distortion")),
+    "CSectionPowerEllipse": (_power_ellipse_area, ("Width", "Height", "Power")),
+    "CSectionRectangle": (lambda width, height: width * height, ("Width", "Height")),
+}
+"""Areas of the sections of TexGen that are understood, by type: a function and the attributes that it takes."""
+
+
+def _section_area(path: Path, section: ElementTree.Element) -> float:
+    """Return the area of a section; raises DataFileError for types not understood, ValueError for no numbers."""
+    kind = section.get("type", "without a type")
+    if kind not in SECTION_AREAS:
+        fact = f"{path}: a yarn has a section {kind}, whose area is not known here"
+        raise DataFileError(printable(f"{fact}; allowed are {', '.join(SECTION_AREAS)}"))
+    area_of, names = SECTION_AREAS[kind]
+    sizes = [float(section.attrib[name]) for name in names]
+    if not (isfinite(sum(sizes)) and min(sizes[:2]) > 0):
+        raise ValueError
+    return area_of(*sizes)
 
 
 def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = None) -> Fabric:
