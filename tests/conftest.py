@@ -16,7 +16,10 @@ import yaml
 
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import plain_knit
+from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.knit.scene.sections import CellStrain, Pattern, SetYarn
+from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 
 
@@ -118,6 +121,17 @@ def plain_scene(defaults_with):
     )
     own = {"name": "plain-rom3d", "knit": "plain", "rom": {"contacts_from": "plain-dns"}}
     return Scene.from_dict(own, defaults=defaults)
+
+
+@pytest.fixture(scope="session")
+def jersey():
+    """A cell of the jersey of the tutorial."""
+    return CellOfBeams(
+        pattern=Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
+        yarn=SetYarn(diameter=0.25e-3, youngs_modulus=200e6),
+        load=CellStrain(deformation="course", strain=0.1, lateral="free"),
+        contact=Friction(friction=0.3),
+    ).vary({"name": "jersey", "knit": "jersey"})
 
 
 @pytest.fixture(scope="session")

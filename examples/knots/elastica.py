@@ -31,7 +31,7 @@ def main(meshes=(32, 64), picture=None):
         # Eigenvalue of the tangent under a dead load: zero at Euler's load, linear in between.
         sliding = (np.nan, 0, 0)
         press = {0: CLAMPED, count: End(move=sliding, force=(-0.999 * EULER, 0, 0))}
-        low = [each.stiffness_eigenvalues()[0] for each in rods.path(press, steps=2, stops=(0.9,))][-2:]
+        low = [each.lowest_stiffness for each in rods.path(press, steps=2, stops=(0.9,))][-2:]
         euler.append(0.999 * EULER * (0.9 + 0.1 * low[0] / (low[0] - low[1])))
         # Drawn as a wave and straight if nothing held it; then its ends come nearer.
         x = np.linspace(0, 1, 4001)

@@ -51,7 +51,7 @@ def main(meshes=(48, 96), picture=None):
             turn = 1.3 * known / section.GJ
             twist = {0: CLAMPED, count: End(move=(np.nan, 0, 0), turn=(turn, 0, 0), force=(tension, 0, 0))}
             path = [
-                (each.support[count, 3], each.stiffness_eigenvalues()[0])
+                (each.support[count, 3], each.lowest_stiffness)
                 for each in rods.path(twist, 12, pulled)
             ]
             moment, lowest = np.array(path).T

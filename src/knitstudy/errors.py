@@ -51,7 +51,8 @@ class CoarseIncrement(ConvergenceError):
     Attributes
     ----------
     error, unit : float, str
-        Depth of penetration that contact did not see ("m"), or error that the increment adds to sums of energy ("J").
+        Depth of penetration that contact did not see ("m"), error that the increment adds to sums of energy ("J"), or
+        depth by which yarns overlap ("radii").
     bearable : bool
         Whether the sums are still good enough, if a smaller one adds as much.
     """

@@ -13,7 +13,7 @@ import xarray as xr
 from click.testing import CliRunner
 from refusals import refusal
 
-from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, fabric_sheet, load_scene
+from knitstudy import fabric_sheet, load_scene
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
@@ -136,22 +136,17 @@ FORMS = ["external", "internal", "hourglass", "penalty", "friction", "stabilisat
 
 
 @pytest.fixture(scope="module")
-def jersey():
-    """A cell of few beams."""
-    return CellOfBeams(
-        pattern=Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
-        yarn=SetYarn(diameter=0.25e-3, youngs_modulus=200e6),
-        load=CellStrain(deformation="course", strain=0.1, lateral="free"),
-        contact=Friction(friction=0.3),
-    ).vary({"name": "jersey", "knit": "jersey", "mesh.beam_size": 0.8, "gates.polygon": 0.3})
+def coarse_jersey(jersey):
+    """The same of few beams."""
+    return jersey.vary({"mesh.beam_size": 0.8, "gates.polygon": 0.3})
 
 
 @pytest.fixture(scope="module")
-def made(jersey, tmp_path_factory):
+def made(coarse_jersey, tmp_path_factory):
     folder = tmp_path_factory.mktemp("sheet")
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sheets, "EVEN", 6)
-        return fabric_sheet(jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
+        return fabric_sheet(coarse_jersey, tex=45.0, force=30.0, ratios=(1.0, 0.5), folder=folder), folder
 
 
 def test_a_sheet_has_all_numbers_of_a_fabric(made):
@@ -252,13 +247,13 @@ def test_show_writes_a_curve_and_says_that_it_draws(made, tmp_path):
     assert drawn.stderr.splitlines()[-2:] == [f"drawing {page} ...", f"drawn: {page}"]
 
 
-def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatch):
+def test_histories_are_kept_and_the_command_prints_them(made, coarse_jersey, monkeypatch):
     """The second sheet simulates nothing."""
     _, folder = made
     monkeypatch.setattr(sheets, "EVEN", 6)
     monkeypatch.setattr("knitstudy.run.store._made", lambda *arguments: pytest.fail("nothing is made"))
     monkeypatch.setattr(ProcessPoolExecutor, "submit", lambda *_, **__: pytest.fail("a process begins"))
-    monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: jersey)
+    monkeypatch.setattr("knitstudy.use.commands.sheet.changed_scene", lambda *arguments: coarse_jersey)
     asked = (
         "sheet",
         "jersey",
@@ -280,14 +275,16 @@ def test_histories_are_kept_and_the_command_prints_them(made, jersey, monkeypatc
     assert CliRunner().invoke(main, [*asked, "--tex", "30"]).exit_code == 2
 
 
-def test_a_killed_process_is_named_and_nameless_sheets_keep_their_places(jersey, monkeypatch, tmp_path):
+def test_a_killed_process_is_named_and_nameless_sheets_keep_their_places(
+    coarse_jersey, monkeypatch, tmp_path
+):
     """A sheet has no jobs to take fewer of."""
     die, names = replace(STAGES["bending"], function=lambda scene, **needed: os._exit(1)), []
     monkeypatch.setitem(STAGES, "bending", die)
     monkeypatch.setattr(sheets, "cell_of", lambda scene: names.append(scene.name) or scene)
     for friction in (0.2, 0.3):
         with refusal("ended a process, perhaps for its memory: take a larger mesh.beam_size", KnitstudyError):
-            fabric_sheet(jersey.vary({"name": "scene", "contact.friction": friction}), folder=tmp_path)
+            fabric_sheet(coarse_jersey.vary({"name": "scene", "contact.friction": friction}), folder=tmp_path)
     assert len({*names} - {"scene"}) == 2
 
 
@@ -375,8 +372,8 @@ def test_a_moment_of_rounding_is_none():
         ({"load.start": "rest"}, set()),
     ],
 )
-def test_given_is_what_the_scene_says(jersey, changes, given):
-    assert rows.given_numbers(jersey.vary(changes)) == given
+def test_given_is_what_the_scene_says(coarse_jersey, changes, given):
+    assert rows.given_numbers(coarse_jersey.vary(changes)) == given
 
 
 def test_a_thickness_is_no_surer_than_beams_are_fine():
@@ -522,7 +519,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     assert "these are 2e-05 and -1e-05 N m (course, wale)" in page
 
 
-def test_a_path_that_falls_short_of_the_force_goes_farther(jersey, monkeypatch):
+def test_a_path_that_falls_short_of_the_force_goes_farther(coarse_jersey, monkeypatch):
     """From another size at rest the force is reached at a larger strain than the first path has found."""
     ran = []
 
@@ -534,7 +531,7 @@ def test_a_path_that_falls_short_of_the_force_goes_farther(jersey, monkeypatch):
         return cell(strain, stiff * strain, axis=1)
 
     monkeypatch.setattr(sheets._Maker, "_run", run)
-    maker = sheets._Maker(jersey, ("drawn",), 110.0, None, None)
+    maker = sheets._Maker(coarse_jersey, ("drawn",), 110.0, None, None)
     made = maker.history("wale", {"load.deformation": "wale", "load.ratio": 1.0})
     assert [name for name, _ in ran] == ["wale-found", "wale", "wale farther"]
     assert ran[-1][1] == pytest.approx(110.0 / 700.0)

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.sparse as sp
+from refusals import refusal
 
 from knitstudy import load_scene
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.models.beam.cell import HELD, build
 from knitstudy.knit.models.beam.contact import contact_of
-from knitstudy.knit.models.beam.rest import _around_first_node, _Cell, relax, tangent
+from knitstudy.knit.models.beam.rest import Cell, around_first_node, relax, tangent
 from knitstudy.knit.models.beam.rows import cell_rows
 from knitstudy.mechanics.stability import Waves, lowest_mode
 from knitstudy.mechanics.tiling import Tiling
@@ -95,7 +96,7 @@ def test_a_shape_at_rest_is_a_minimum_and_the_same_in_a_cell_of_more_repeats(fab
     free = np.ones(model.size, dtype=bool)
     free[HELD] = False
     # yarns that slide along themselves cost nothing but what the division into beams makes of it
-    sliding = _around_first_node(model.sliding(model.start()))
+    sliding = around_first_node(model.sliding(model.start()))
     mode = lowest_mode(tangent(model, model.start()), model.scale, free, sliding)
     # strains of the lattice are displacements of the edges, and edges at rest are not those of the drawn loops
     assert mode.stiffness == pytest.approx(rest.attrs["lowest_stiffness"], rel=0.05)
@@ -110,7 +111,7 @@ def test_waves_over_two_cells_are_modes_of_a_cell_of_two():
     frictionless = scene.vary({"contact.friction": 0.0})
     problem = build(frictionless, fabric_of(geometry), rest).observer
     model, state = problem.model, problem.model.start()
-    cell = _Cell(cell_rows(frictionless, fabric_of(geometry)), contact_of(frictionless), "straight", model)
+    cell = Cell(cell_rows(frictionless, fabric_of(geometry)), contact_of(frictionless), "straight", model)
     larger, tiled = cell.tiled(state, np.array([2, 1]))
     unit = sp.diags(1 / larger.model.scale[:-3])
     K = unit @ tangent(larger.model, tiled).tocsr()[:-3, :-3] @ unit
@@ -146,3 +147,43 @@ def test_copies_of_a_shape_that_friction_holds_are_held_as_well():
     # edges of two copies carry the sum of their forces
     assert residual[1] < 2.01 * residual[0] + 1e-12
     assert np.abs(four.respond(unheld, stiffness=False).force / four.scale).max() > 100 * residual[1]
+
+
+def half_cardigan(yarn, **keys):
+    letters = {
+        "pattern.stitches": ["KP", "KT"],
+        "pattern.loops": 2,
+        "pattern.rows": 2,
+        "pattern.loop_length": None,
+    }
+    drawn = {"pattern.wale_spacing": 3.3e-3, "pattern.course_spacing": 2.2e-3}
+    return load_scene(f"fabric-{yarn}-rib-course-free").vary(COARSE | letters | drawn | keys)
+
+
+@pytest.mark.parametrize("yarn", ["acrylic", pytest.param("cotton", marks=pytest.mark.full)])
+def test_a_half_cardigan_that_friction_holds_is_stable(yarn):
+    """Pairs of points at Coulomb's limit have a tangent that is not symmetric: yarns are asked as they stick."""
+    scene = half_cardigan(yarn)
+    rest = relax(scene, lay_out(scene))
+    assert rest.attrs["saddles"] == 0
+    assert rest.attrs["lowest_stiffness"] > 0.1
+    assert rest.attrs["lowest_wave_stiffness"] > 0.01
+
+
+def test_yarns_that_stick_have_a_symmetric_tangent():
+    scene, geometry, rest = shape_at_rest("rib", 2, 1, "rest_with_friction")
+    model = build(scene, fabric_of(geometry), rest).observer.model
+    state = model.start()
+    contact = model._contact(state)
+    limit = contact.active_pairs(model.at_points(state), model.vectors(state), state.contact).friction
+    at_limit = np.linalg.norm(limit.traction, axis=1) > 0.999 * model.contact.mu * limit.force
+    assert np.count_nonzero(at_limit) > 10  # yarns do slide here
+    K = tangent(model, state)
+    assert abs(K - K.T).max() < 1e-6 * abs(K).max()
+
+
+def test_loops_that_pass_through_each_other_come_to_no_rest():
+    """Loops of a half cardigan that are drawn too far apart lie 1.9 radii in each other, and would stay there."""
+    scene = half_cardigan("acrylic", **{"pattern.wale_spacing": 4.2e-3, "pattern.course_spacing": 4.2e-3})
+    with refusal("yarns pass 1.9.* radii through each other; gates.overlap .*smaller values of pattern"):
+        relax(scene, lay_out(scene))

@@ -13,6 +13,7 @@ from knitstudy.errors import DataFileError
 from knitstudy.files import STRAINS, VERSIONS
 from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES
 from knitstudy.knit.loading.history import FORMS
+from knitstudy.knit.models.beam.cell import hidden_wave
 from knitstudy.knit.scene.kinds import word_of
 from knitstudy.measures.centre_cell import SEGMENT, stress_angles
 from knitstudy.measures.response import largest_out_of_plane, secant_stiffness
@@ -147,9 +148,10 @@ def stability_of_rest(dataset: xr.Dataset) -> list[Quantity]:
     if "lowest_wave" in known:
         loops, rows = known["lowest_wave"]
         stiffness = float(known["lowest_wave_stiffness"])
-        hidden = ", in which it gives way: a cell as long finds another shape" if stiffness < 0 else ""
         numbers.append(Quantity("lowest stiffness against waves over several cells", stiffness, "N/m"))
-        numbers.append(Quantity("length of that wave", f"{loops} loops, {rows} rows{hidden}"))
+        numbers.append(Quantity("length of that wave", f"{loops} loops, {rows} rows"))
+    if hides := hidden_wave(known):
+        numbers.append(Quantity("hidden by the cell", hides))
     return numbers
 
 

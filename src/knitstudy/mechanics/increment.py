@@ -181,6 +181,11 @@ class Increment:
     residuals: tuple[float, ...] = ()  # residual measure of every iteration of the successful attempt
     timings: dict[str, float] = field(default_factory=dict)  # seconds by `PHASES`
 
+    @property
+    def dragged(self) -> float:
+        """Work so far of drag and of viscous forces, without that of viscous flows [J]."""
+        return self.response.energy.get("stabilisation", 0.0) - self.damped
+
 
 # Line search: how much of a Newton step is taken (Crisfield 1991, section 9.2)
 # Where a step closes a gap, force along it is nearly constant up to there and steep beyond. A step that is shortened

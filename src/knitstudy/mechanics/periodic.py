@@ -15,7 +15,7 @@ from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
-from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
+from knitstudy.mechanics.beams.line_contact import ROUGH, SOFT, LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.linear import factorise
 from knitstudy.mechanics.model import Memoryless, Response, summed
@@ -339,6 +339,20 @@ class EndlessBeams(Memoryless):
         model._stored = {}
         model._begins, model._stored = state, model.respond(state, stiffness=False).energy
         return model
+
+    def sticking(self) -> EndlessBeams:
+        """Return the model whose yarns stick wherever they touch: friction at its limit holds as below it."""
+        if not self.contact.mu:
+            return self
+        model = copy(self)
+        model.contact = copy(self.contact)
+        model.contact.mu = ROUGH
+        model._placed = lru_cache(maxsize=1)(model._place)
+        return model
+
+    def cell_state(self, state: EndlessState) -> EndlessState:
+        """Return the state of the cell: this model is that of the cell alone."""
+        return state
 
     @property
     def lattice_unknowns(self) -> Ints:

@@ -7,6 +7,7 @@ of points and of their images x_m = (x, y, 2 h - z) by plates at heights h. The 
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -97,6 +98,16 @@ class PressedBeams(Memoryless):
     def name_of(self, unknown: int) -> str:
         """Return what an unknown is, in words."""
         return self.cell.name_of(unknown) if unknown < self.cell.size else "the plates"
+
+    def sticking(self) -> PressedBeams:
+        """Return the model whose yarns stick wherever they touch."""
+        model = copy(self)
+        model.cell = self.cell.sticking()
+        return model
+
+    def cell_state(self, state: PressedState) -> EndlessState:
+        """Return the state of the cell between the plates."""
+        return state.cell
 
     def start(self) -> PressedState:
         """Return the state in which the load begins."""

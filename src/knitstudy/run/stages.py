@@ -167,6 +167,7 @@ _STAGES = (
             "beam",
             *TOLERANCES,
             "load.start",
+            "gates.overlap",
         ),
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,

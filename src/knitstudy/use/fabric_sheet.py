@@ -38,6 +38,7 @@ from knitstudy.files import STRAINS, code_version, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.loading.solve import UNSTABLE
 from knitstudy.knit.models.beam import CellOfBeams
+from knitstudy.knit.models.beam.cell import hidden_wave
 from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.kinds import unit_of
@@ -331,12 +332,8 @@ def _of_rest(start: str, history: xr.Dataset) -> list[str]:
         changes = zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
         went = ", ".join(f"{size} {PERCENT * change:+.2g} %" for size, change in changes)
         notes.append(f"From {start}: the first balance is no rest, and the fabric leaves it ({went}).")
-    if known.get("lowest_wave_stiffness", 0.0) < 0:
-        loops, rows = known["lowest_wave"]
-        wave = f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which the cell is too short for"
-        notes.append(
-            f"From {start}: {wave}. Cells of as many loops and rows (pattern.loops, .rows) find another shape."
-        )
+    if hides := hidden_wave(known):
+        notes.append(f"From {start}: {hides}.")
     return notes
 
 

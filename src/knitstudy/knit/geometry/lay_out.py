@@ -78,7 +78,7 @@ def lay_out(scene: Scene) -> xr.Dataset:
     nearest = not (finds_its_shape and len(set("".join(pattern.stitches))) > 1)
     try:
         initial, loop, optimum = loop_of(pattern, radius, scene.value("geometry"), nearest)
-        metrics = loop_metrics(initial), loop_metrics(loop)
+        metrics = (loop_metrics(initial), loop_metrics(loop))
         check_yarns(metrics[1], loop, CONTACT_TOLERANCE)
     except GeometryError as error:
         if scene.value("geometry.diameter_share") != 1 and pattern.control_points is None:

@@ -40,6 +40,9 @@ NAMES = {
 }
 STORED = ("internal", "hourglass", "penalty")  # what yarns can give back
 
+# Remedy where yarns pass through each other
+LESS = "Use a smaller load, or an interaction and a model in which they touch"
+
 # Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented
 ELEMENTS_ACROSS = {"knit": 3.0, "pair": 7.0}
 
@@ -74,7 +77,7 @@ def require_sound(
         require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
     unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
     # Drag begins anew in every increment, so that its work and its energy differ by as much as they are
-    drag = 0.0 if stabilisation else increment.response.energy.get("stabilisation", 0.0) - increment.damped
+    drag = 0.0 if stabilisation else increment.dragged
     open_energy = (max(unloaded, drag, each) for each in (increment.unbalanced_so_far, increment.unbalanced))
     require_closed_ledger(recorder, increment.index, gates.ledger, *open_energy)
 
@@ -224,16 +227,19 @@ def require_small_viscosity(
     Raises ConvergenceError if their dissipation exceeds the share ``gates.stabilisation`` of the internal
     energy, or the sum of their magnitudes the share ``gates.viscous_force`` of the reaction (3,) of the driven side.
     """
-    energy, pull = increment.response.energy, float(np.linalg.norm(reaction))
-    what, remedy = "the drag on yarns that nothing but contact holds", "Tie or grip these yarns"
+    internal = increment.response.energy["internal"]
+    pull = float(np.linalg.norm(reaction))
+    what = "the drag on yarns that nothing but contact holds"
+    remedy = "Tie or grip these yarns"
     if stabilisation:
         what = f"the viscous force of solver.stabilisation = {stabilisation:g}"
         remedy = "Use a smaller solver.stabilisation, or none"
     # without flows, which have a gate of their own
-    lost = energy.get("stabilisation", 0.0) - increment.damped
+    lost = increment.dragged
     fact = what + " has dissipated {} the internal energy"
-    require_share(increment, "stabilisation", gates.stabilisation, lost, energy["internal"], fact, remedy)
-    force, fact = increment.response.viscous_force, f"{what} is {{}} the reaction, {pull:.3g} N"
+    require_share(increment, "stabilisation", gates.stabilisation, lost, internal, fact, remedy)
+    force = increment.response.viscous_force
+    fact = f"{what} is {{}} the reaction, {pull:.3g} N"
     require_share(increment, "viscous_force", gates.viscous_force, force, pull, fact, remedy)
 
 
@@ -259,13 +265,16 @@ def require_closed_ledger(
     energy = np.array(recorder.columns["energy"])
     if len(energy) < 2:
         return  # at rest no work is done
-    whole, last = energy[-1], energy[-1] - energy[-2]
+    whole = energy[-1]
+    last = energy[-1] - energy[-2]
     balance = Balance(
         limit, path_work(recorder), last[0], unaccounted(whole), unaccounted(last), least, least_opened
     )
-    ledger, share = f"increment {index}: the ledger of energies", f"{limit:.1%}"
+    ledger = f"increment {index}: the ledger of energies"
+    share = f"{limit:.1%}"
     if balance.opens:
-        opened, done = abs(balance.opened), abs(balance.done)
+        opened = abs(balance.opened)
+        done = abs(balance.done)
         fact = f"{ledger} opens further by {opened:.3g} J, {times(opened, done)} the work that is done in it"
         allowed = f"{share}, and one increment half of that"
         message = refusal(f"{fact}{changes(last)}", "ledger", allowed, cause(last))
@@ -329,15 +338,14 @@ def require_lasting_friction(recorder: Recorder, index: int) -> None:
         )
 
 
-def require_apart(recorder: Recorder, index: int, limit: float) -> None:
-    """Refuse an accepted increment, the last one of a recorder, in which yarns pass through each other.
+def require_apart(overlap: float, index: int, limit: float, remedy: str = LESS) -> None:
+    """Refuse an increment after which two places of yarn overlap by more than a limit, both over the radius.
 
-    Raises ConvergenceError if two places of yarn overlap by more than the limit [radii].
+    Raises CoarseIncrement: a shorter increment may keep yarns apart that a long one takes through each other.
     """
-    if (overlap := recorder.columns["largest_overlap"][-1]) > limit:
+    if overlap > limit:
         fact = f"increment {index}: yarns pass {overlap:.2f} radii through each other"
-        remedy = "Use a smaller load, or an interaction and a model in which they touch"
-        raise ConvergenceError(refusal(fact, "overlap", f"{limit:g}", remedy))
+        raise CoarseIncrement(refusal(fact, "overlap", f"{limit:g}", remedy), overlap, "radii")
 
 
 def path_work(recorder: Recorder) -> float:

@@ -226,8 +226,7 @@ class Recorder:
             **observed,
         }
         HISTORY.require([*row, *(f"contact_{name}" for name in points or {})])
-        drag = increment.response.energy.get("stabilisation", 0.0) - increment.damped
-        self.undecided.append(increment.unbalanced_so_far + max(drag, 0.0))
+        self.undecided.append(increment.unbalanced_so_far + max(increment.dragged, 0.0))
         for name, value in row.items():
             self.columns.setdefault(name, []).append(value)
         if points:

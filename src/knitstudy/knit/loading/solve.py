@@ -6,6 +6,7 @@ import logging
 from collections import defaultdict
 from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, fields, is_dataclass, replace
+from functools import partial
 from pathlib import Path
 from types import UnionType
 from typing import Any, Protocol, Union, get_args, get_origin, get_type_hints
@@ -157,10 +158,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
                 recorder.drop()  # refused
-            reached, slack = (
-                f"ended at {place(last.load)}, load factor {last.load:.4g}",
-                slack_of(problem, recorder),
-            )
+            reached = f"ended at {place(last.load)}, load factor {last.load:.4g}"
+            slack = slack_of(problem, recorder)
             if slack and not recorder.slack()[1]:
                 error.args = (f"{error}; {slack}. {HELD_BY_NOTHING}",)
             error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
@@ -170,11 +169,13 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
 
 def slack_of(problem: Problem, recorder: Recorder) -> str:
     """Return in words up to which strain nothing resists the load, "" if something does from the first increment on."""
-    scene, (index, _) = problem.scene, recorder.slack()
+    scene = problem.scene
+    index, _ = recorder.slack()
     way = WAYS.get(scene.value("load.deformation") or scene.value("load.direction"))
     if not index or way is None:
         return ""
-    strain, undecided = recorder.columns["strain"][index], recorder.undecided[index]
+    strain = recorder.columns["strain"][index]
+    undecided = recorder.undecided[index]
     return (
         f"no stiffness {way} below a strain of {strain:.3g}: up to there yarns store less than the {undecided:.1g} J "
         "of drag and of what solver.residual_tolerance leaves open"
@@ -185,10 +186,8 @@ def _accepted(
     problem: Problem, recorder: Recorder, increments: Generator[Increment, str | None, None]
 ) -> Iterator[Increment]:
     """Record converged increments and yield those that all checks accept; raises ConvergenceError as these."""
-    deepest = problem.scene.value("gates.overlap")
-    errors: defaultdict[str, list[float]] = defaultdict(
-        list
-    )  # of an increment and of those that it is a part of
+    # Of an increment and of those that it is a part of, by unit
+    errors: defaultdict[str, list[float]] = defaultdict(list)
     increment = next(increments, None)
     while increment is not None:
         _record(problem, recorder, increment)
@@ -203,8 +202,6 @@ def _accepted(
             if not coarse.bearable:
                 raise coarse
         require_lasting_friction(recorder, increment.index)
-        if deepest is not None:
-            require_apart(recorder, increment.index, deepest)
         *before, negative = recorder.columns["negative_eigenvalues"]
         if negative > 0 and max(before) <= 0:
             log.warning("increment %d: unstable %s", increment.index, unstable(recorder))
@@ -229,14 +226,22 @@ def unstable(recorder: Recorder) -> str:
 
 
 def _check(problem: Problem, increment: Increment, recorder: Recorder) -> CoarseIncrement | None:
-    """Call all checks; return the error of the first one that finds the increment too coarse."""
-    coarse = None
-    for check in problem.checks:
+    """Call all checks; return the first error of an increment that is too coarse, of those that are not bearable."""
+    errors: list[CoarseIncrement] = []
+    checks: tuple[Check, ...] = (*problem.checks, partial(_require_apart, problem))
+    for check in checks:
         try:
             check(increment, recorder)
         except CoarseIncrement as error:
-            coarse = coarse or error
-    return coarse
+            errors.append(error)
+    return min(errors, key=lambda error: error.bearable, default=None)
+
+
+def _require_apart(problem: Problem, increment: Increment, recorder: Recorder) -> None:
+    """Refuse an increment after which yarns overlap too deep; raises as `gates.require_apart`."""
+    limit = problem.scene.value("gates.overlap")
+    if limit is not None:
+        require_apart(recorder.columns["largest_overlap"][-1], increment.index, limit)
 
 
 def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:

@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse.linalg as spla
-from scipy.linalg import eigh
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.arrays import Floats, Ints
@@ -31,6 +30,7 @@ from knitstudy.mechanics.linear import LU
 from knitstudy.mechanics.load_path import trace
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import turns
+from knitstudy.mechanics.stability import lowest_mode
 
 Vector = Sequence[float] | Floats
 STILL, FREE = (0.0, 0.0, 0.0), (np.nan, np.nan, np.nan)
@@ -83,16 +83,17 @@ class Equilibrium:
         support[self.rods.free] = 0.0
         return support.reshape(-1, 6)
 
-    def stiffness_eigenvalues(self, count: int = 1) -> Floats:
-        """Return the lowest eigenvalues (count,) of the tangent, ascending: below zero the state is unstable.
+    @property
+    def lowest_stiffness(self) -> float:
+        """Lowest eigenvalue of the tangent per length of rod: below zero the state is unstable [N/m2].
 
-        They are those of the symmetric part over the mean length of elements, for turns over its third power.
+        It is that of the symmetric part over the mean length of elements, for turns over its third power.
         """
-        rods, free = self.rods, self.rods.free
-        weight = np.sqrt(rods.length) * rods.scale[free]
-        K = rods.respond(self.state, True).tangent.tocsr()[free][:, free].toarray() / np.outer(weight, weight)
-        values: Floats = eigh(0.5 * (K + K.T), eigvals_only=True, subset_by_index=[0, count - 1])
-        return values
+        rods = self.rods
+        free = np.zeros(rods.size, dtype=bool)
+        free[rods.free] = True
+        tangent = rods.respond(self.state, True).tangent
+        return lowest_mode(tangent, np.sqrt(rods.length) * rods.scale, free).stiffness
 
 
 class Rods(BeamModel):

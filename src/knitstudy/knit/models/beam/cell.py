@@ -6,14 +6,15 @@ left out. Yarns touch each other and their images anywhere (`mechanics.line_cont
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from knitstudy.errors import ConfigurationError, ConvergenceError
+from knitstudy.errors import CoarseIncrement, ConfigurationError, ConvergenceError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
 from knitstudy.knit.loading.history import Recorder, cell_path
@@ -47,7 +48,25 @@ STABILITY = (
     "lowest_wave_stiffness",
     "lowest_wave",
 )
+
 STRAIGHT = 1e-6  # of curvatures summed over nodes, times the length: of rounding
+
+
+def hidden_wave(known: Mapping[str, Any]) -> str:
+    """Return in words that a cell hides an instability of its shape at rest, by attributes of that shape; "" if not.
+
+    Examples
+    --------
+    >>> hidden_wave({"lowest_wave_stiffness": 0.2, "lowest_wave": (1, 4)})
+    ''
+    """
+    if known.get("lowest_wave_stiffness", 0.0) >= 0:
+        return ""
+    loops, rows = known["lowest_wave"]
+    return (
+        f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which its cell is too short for: "
+        f"with pattern.loops {loops} and pattern.rows {rows} the fabric finds another shape"
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +94,11 @@ class BeamCell:
 
     def record(self, increment: Increment) -> Reported:
         """Return columns of the history."""
-        state, lattice = self._state(increment), self.model.lattice
-        contact, points, vectors = self.model.contact, self.model.at_points(state), self.model.vectors(state)
+        state = self._state(increment)
+        lattice = self.model.lattice
+        contact = self.model.contact
+        points = self.model.at_points(state)
+        vectors = self.model.vectors(state)
         near = contact.pairs(points.position, vectors, near=True)
         nearest = float((near.distance - contact.repulsion.between(near).diameter).min(initial=np.inf))
         force = increment.response.force[self.model.lattice_unknowns]
@@ -96,8 +118,7 @@ class BeamCell:
 
     def _state(self, increment: Increment) -> EndlessState:
         """Return the state of the cell without plates."""
-        state: EndlessState = increment.state if self.plates is None else increment.state.cell
-        return state
+        return (self.plates or self.model).cell_state(increment.state)
 
     def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
@@ -168,17 +189,29 @@ def balanced(
     settings: Settings,
     report: Callable[[float], None] = lambda load: None,  # called with every load factor
     begin: Increment | None = None,
+    check: Callable[[Increment], None] = lambda increment: None,  # raises CoarseIncrement
 ) -> Increment:
     """Return the last increment of a cell that finds its balance, with unknowns that are held.
 
-    Raises ConvergenceError if it finds none.
+    Raises ConvergenceError if it finds none, or none that a check accepts however short increments are.
     """
     path = PrescribedDisplacement(held, np.zeros(len(held)))
+    increments = trace(model, path, settings, LU(), resume=begin)
+    last = begin
     try:
-        for last in trace(model, path, settings, LU(), resume=begin):
+        increment = next(increments, None)
+        while increment is not None:
+            try:
+                check(increment)
+            except CoarseIncrement as error:
+                increment = increments.send(str(error))
+                continue
+            last = increment
             report(last.load)
+            increment = next(increments, None)
     except ConvergenceError as error:
         raise ConvergenceError(f"{what} finds no balance: {error}") from None
+    assert last is not None, "a path has at least the increment in which it begins"
     return last
 
 

@@ -22,9 +22,19 @@ import xarray as xr
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.geometry.columns import REST
 from knitstudy.knit.geometry.fabric_file import fabric_of
+from knitstudy.knit.loading.gates import require_apart
+from knitstudy.knit.loading.overlap import largest_overlap
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run
 from knitstudy.knit.models.beam import CellOfBeams
-from knitstudy.knit.models.beam.cell import BETWEEN_PLATES, HELD, KEPT, balanced, endless_beams, size_of_cell
+from knitstudy.knit.models.beam.cell import (
+    BETWEEN_PLATES,
+    HELD,
+    KEPT,
+    balanced,
+    endless_beams,
+    hidden_wave,
+    size_of_cell,
+)
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of
 from knitstudy.knit.models.beam.rows import Rows, divided, repeats_of
 from knitstudy.mechanics.arrays import Floats, Ints
@@ -41,6 +51,7 @@ NEARER = (
     "Draw the loops nearer to their shape at rest: smaller values of pattern.course_spacing and pattern.wale_spacing "
     "usually help"
 )
+FAR = "Loops may be drawn too far from their shape at rest"
 # Of the way to rest, where none of them fails: friction follows it. Sizes of acrylic rib are within 0.3 % of those in
 # 80; 20 leave 2 % of the width and 6 % of the height, and with a friction of 0.3 10 and 15 %.
 INCREMENTS = 40
@@ -63,18 +74,21 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     has several. `load.start` says whether friction goes in the end.
     Raises ConvergenceError if there is no way to rest, or it leads from saddle to saddle; other errors as of `build`.
     """
-    fabric, repeats = fabric_of(geometry), repeats_of(scene)
+    fabric = fabric_of(geometry)
+    repeats = repeats_of(scene)
     rows = divided(fabric, scene.mesh.beam_size * scene.yarn.radius, repeats)
-    contact, law, of_scene = contact_of(scene), scene.mesh.section_law, f"of scene {scene.name}"
-    cell = _Cell.of(rows, contact, law, drawn_for=2 * fabric.radius)
+    contact = contact_of(scene)
+    law = scene.mesh.section_law
+    of_scene = f"of scene {scene.name}"
+    cell = Cell.of(rows, contact, law, drawn_for=2 * fabric.radius)
     way = _Way(scene, plates / float(repeats.prod()), run.progress)
     loosened = contact.friction > 0 and scene.load.start == "rest"
-    last = way.balance(cell.model, f"the way to rest {of_scene}", share=0.5 if loosened else 1.0)
+    last = way.balance(cell, f"the way to rest {of_scene}", share=0.5 if loosened else 1.0)
     if loosened:
-        stopped = last.state.cell if plates else last.state
-        cell = _Cell.of(rows, replace(contact, friction=0.0), law)
+        stopped = way.whole(cell).cell_state(last.state)
+        cell = Cell.of(rows, replace(contact, friction=0.0), law)
         cell = cell.starting_at(replace(stopped, contact=LineHistory.none()))
-        last = way.balance(cell.model, f"the rest without friction {of_scene}", done=0.5, share=0.5)
+        last = way.balance(cell, f"the rest without friction {of_scene}", done=0.5, share=0.5)
     increments = last.index
     state = way.stable(cell, last)
     stitches = np.array([scene.pattern.loops, scene.pattern.rows])
@@ -84,9 +98,11 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
         if wave is not None and wave.unstable:
             state = way.stable(cell, standing(cell.model, state))
             wave = cell.lowest_wave(state, stitches)
-    if wave is not None and wave.unstable:
-        log.warning("scene %r: %s", scene.name, hidden(scene, wave.length))
-    model, vectors = cell.model, cell.model.vectors(state)
+    stability = way.stability(wave)
+    if hides := hidden_wave(stability):
+        log.warning("scene %r: %s", scene.name, hides)
+    model = cell.model
+    vectors = model.vectors(state)
     values = {
         "centreline": state.beams.position,
         "rotation": state.beams.rotation,
@@ -94,24 +110,14 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     } | {variable: getattr(state.contact, name) for variable, name in KEPT.items()}
     return xr.Dataset(REST.variables(values)).assign_attrs(
         **size_of_cell(vectors),
-        **way.stability(wave),
+        **stability,
         strain_from_drawn=(state.lattice / model.lattice.lengths).tolist(),
         increments=increments,
     )
 
 
-def hidden(scene: CellOfBeams, length: Ints) -> str:
-    """Say that a cell hides an instability in waves of a length (2,) in loops and rows."""
-    loops, rows = length
-    return (
-        f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which a cell of "
-        f"{scene.pattern.loops} x {scene.pattern.rows} hides: set pattern.loops {loops} and pattern.rows {rows} for "
-        "the shape that the fabric takes then"
-    )
-
-
 @dataclass(frozen=True, eq=False)
-class _Cell:
+class Cell:
     """A cell of rows, and its model."""
 
     rows: Rows
@@ -120,18 +126,19 @@ class _Cell:
     model: EndlessBeams
 
     @classmethod
-    def of(cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None) -> _Cell:
+    def of(cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None) -> Cell:
+        """Return the cell of rows, with loops `drawn_for` a diameter [m] that grows on the way to rest."""
         model = endless_beams(rows, Lattice(rows.vectors), contact, section_law, drawn_for)
         return cls(rows, contact, section_law, model)
 
-    def starting_at(self, state: EndlessState) -> _Cell:
+    def starting_at(self, state: EndlessState) -> Cell:
         """Return the cell with another state in which its load begins."""
         return replace(self, model=self.model.starting_at(state))
 
-    def tiled(self, state: EndlessState, counts: Ints) -> tuple[_Cell, EndlessState]:
+    def tiled(self, state: EndlessState, counts: Ints) -> tuple[Cell, EndlessState]:
         """Return the cell of so many cells (2,) along courses and wales, and its state of copies of one."""
         tiling = Tiling.of(self.rows.stations.yarn, counts)
-        larger = _Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
+        larger = Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
         model = larger.model
         stretched = counts[:, None] * self.model.vectors(state) - model.lattice.vectors
         tiled = EndlessState(
@@ -181,8 +188,11 @@ class _Cell:
 
 
 def tangent(model: EndlessBeams | PressedBeams, state: Any) -> sp.spmatrix:
-    """Return the tangent (size, size) in a state, without the drag that holds what is loose within an increment."""
-    return model.respond(state, stiffness=True).stiffness - sp.diags(model.drag)
+    """Return the tangent (size, size) in a state, without the drag that holds what is loose within an increment.
+
+    Yarns stick: where friction is at its limit the tangent of sliding is not symmetric, and says nothing of a balance.
+    """
+    return model.sticking().respond(state, stiffness=True).stiffness - sp.diags(model.drag)
 
 
 @dataclass
@@ -213,25 +223,44 @@ class _Way:
             remedy=NEARER,
         )
 
-    def balance(self, model: EndlessBeams, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
+    def whole(self, cell: Cell) -> EndlessBeams | PressedBeams:
+        """Return the model of a cell, between the plates if there are any."""
+        return PressedBeams(cell.model, self.plates) if self.plates else cell.model
+
+    def balance(self, cell: Cell, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
         """Return the increment at which the way ends, for the progress a share of all after what is done."""
 
         def report(load: float) -> None:
             self.progress(done + share * load, "")
 
-        return balanced(what, self._pressed(model), self.held, self.settings, report)
+        def check(increment: Increment) -> None:
+            self._require_apart(cell, increment)
 
-    def stable(self, cell: _Cell, last: Increment) -> EndlessState:
+        return balanced(what, self.whole(cell), self.held, self.settings, report, check=check)
+
+    def _require_apart(self, cell: Cell, increment: Increment) -> None:
+        """Refuse an increment after which yarns overlap too deep; raises as `gates.require_apart`."""
+        model = cell.model
+        state = self.whole(cell).cell_state(increment.state)
+        grown = model.diameter(state) / model.contact.repulsion.diameter
+        rows = cell.rows
+        overlap = largest_overlap(
+            rows.stations, state.beams.position, grown * self.scene.radius, rows.period, model.vectors(state)
+        )
+        require_apart(overlap, increment.index, self.scene.gates.overlap, FAR)
+
+    def stable(self, cell: Cell, last: Increment) -> EndlessState:
         """Return the first stable state from a balance on.
 
         Raises ConvergenceError if there is none.
         """
-        model, whole = cell.model, self._pressed(cell.model)
+        model = cell.model
+        whole = self.whole(cell)
         free = np.ones(whole.size, dtype=bool)
         free[self.held] = False
         for _ in range(MOST_SADDLES):
-            state: EndlessState = last.state.cell if self.plates else last.state
-            neutral = np.zeros((whole.size, 0)) if self.plates else _around_first_node(cell.neutral(state))
+            state = whole.cell_state(last.state)
+            neutral = None if self.plates else around_first_node(cell.neutral(state))
             mode = lowest_mode(tangent(whole, last.state), whole.scale, free, neutral)
             self.modes.append(mode)
             thickness = np.ptp(state.beams.position[:, 2]) + self.scene.yarn.diameter
@@ -239,32 +268,34 @@ class _Way:
             if not mode.unstable:
                 return state
             log.info("scene %r: a saddle, %.3g N/m in its lowest mode", self.scene.name, mode.stiffness)
-            last = self._below(whole, last.state, mode)
+            last = self._below(cell, last.state, mode)
         raise ConvergenceError(
             f"the way to rest of scene {self.scene.name} leads from saddle to saddle, {MOST_SADDLES} of them: the "
             "fabric is too slack for one shape at rest. Use load.start rest_with_friction with a larger "
             "contact.friction, or a shorter pattern.loop_length"
         )
 
-    def _below(self, model: EndlessBeams | PressedBeams, saddle: Any, mode: Mode) -> Increment:
+    def _below(self, cell: Cell, saddle: Any, mode: Mode) -> Increment:
         """Return the balance of less energy of the two to which flows lead that leave a saddle to either side.
 
         Raises ConvergenceError if neither side leads to one.
         """
+        model = self.whole(cell)
+        settings = replace(self.settings, increments=1, vain=FLOWS)
         found: list[Increment] = []
         errors: list[ConvergenceError] = []
         for side in (1, -1):
             pushed = model.advance(saddle, side * PUSH * self.scene.yarn.diameter * mode.motion)
             try:
-                found.append(
-                    balanced(
-                        f"scene {self.scene.name}, which leaves a saddle,",
-                        model,
-                        self.held,
-                        replace(self.settings, increments=1, vain=FLOWS),
-                        begin=standing(model, pushed),
-                    )
+                reached = balanced(
+                    f"scene {self.scene.name}, which leaves a saddle,",
+                    model,
+                    self.held,
+                    settings,
+                    begin=standing(model, pushed),
                 )
+                self._require_apart(cell, reached)
+                found.append(reached)
             except ConvergenceError as error:
                 errors.append(error)
         if not found:
@@ -285,16 +316,13 @@ class _Way:
             known |= {"lowest_wave_stiffness": wave.stiffness, "lowest_wave": wave.length.tolist()}
         return known
 
-    def _pressed(self, model: EndlessBeams) -> EndlessBeams | PressedBeams:
-        return PressedBeams(model, self.plates) if self.plates else model
-
 
 def _elastic_energy(increment: Increment) -> float:
     """Return the energy of yarns and of their contact [J]."""
     return increment.response.energy["internal"] + increment.response.energy["penalty"]
 
 
-def _around_first_node(motions: Floats) -> Floats:
+def around_first_node(motions: Floats) -> Floats:
     """Return motions (size, k) with a translation of the whole that leaves the first node in its place."""
     around = motions.copy()
     for component in range(3):
