@@ -46,10 +46,10 @@ from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures.response import ledger_gaps, penetration
 from knitstudy.registry import find, unknown_choice
+from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
-from knitstudy.run.stages import MODEL, code_digest
 from knitstudy.use.style import DOUBLE, FAINT, INK, figure, place, shared_legend, styled
 
 FILE = "extremes.yaml"

@@ -33,9 +33,10 @@ from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
 from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
 from knitstudy.paper.tables.reference import limits, values_of
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Displays, reference_files
+from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
-from knitstudy.run.stages import STAGES, physics_digest
+from knitstudy.run.stages import STAGES
 from knitstudy.run.store import Store
 from knitstudy.use.style import save
 

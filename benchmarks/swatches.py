@@ -33,8 +33,8 @@ from knitstudy.knit.geometry.stitch_mesh import BEHIND, Drawing, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.models.beam.rest import relax
 from knitstudy.knit.scene.documents import RESOURCES
+from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.configuration import load_scene
-from knitstudy.run.stages import physics_digest
 
 MEASURED, KEPT = RESOURCES / "measured" / "knitdb.csv", RESOURCES / "swatches.csv"
 SHAPES = Path("results/swatches.csv")

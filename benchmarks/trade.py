@@ -34,7 +34,7 @@ from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
-from knitstudy.run.stages import MODEL, code_digest
+from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 

@@ -16,9 +16,9 @@ from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, load_trade
+from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene, load_scenes, problem_of
-from knitstudy.run.stages import physics_digest
 
 MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {

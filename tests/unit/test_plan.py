@@ -1,7 +1,6 @@
 """Results of scenes, their inputs, and which results a change of a key, a number or code concerns."""
 
 import shutil
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -13,12 +12,11 @@ from refusals import READ, REFUSED, refusal
 
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.run import stages as code
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan, with_digits
 from knitstudy.run.simulations import simulate
-from knitstudy.run.stages import STAGES, code_digest
+from knitstudy.run.stages import STAGES
 from knitstudy.run.store import Store
 
 
@@ -263,35 +261,3 @@ def test_history_that_ends_early_is_not_written(sprung, made, tmp_path, monkeypa
     with refusal(r"simulation of beam ends at 0\.5 of the load"):
         simulate(load_scene("beam", sprung), tmp_path, config=sprung)
     assert not [*(tmp_path / "simulation").glob("*")]
-
-
-@pytest.fixture
-def package(tmp_path, monkeypatch):
-    """A package of two rooms in the place of this one."""
-    for room, text in (("mesh", "SIZE = 1\n"), ("mechanics", "LAW = 1\n")):
-        (tmp_path / room).mkdir()
-        (tmp_path / room / "a.py").write_text(text)
-    monkeypatch.setattr(code, "PACKAGE", tmp_path)
-    code._digest.cache_clear()
-    yield tmp_path
-    code._digest.cache_clear()
-
-
-def test_files_of_a_room_count_and_no_others(package):
-    before = code_digest("mesh"), code_digest("mesh", "mechanics")
-    (package / "mechanics" / "a.py").write_text("LAW = 1  # a comment\n")
-    code._digest.cache_clear()
-    assert code_digest("mesh") == before[0]
-    assert code_digest("mesh", "mechanics") != before[1]
-
-
-@pytest.mark.parametrize("path", ["law_of_a_test", "law_of_a_test/__init__"])
-def test_files_of_a_plugin_count(package, plugin, path):
-    before = code_digest("mesh")
-    plugin(**{path.replace("/", "__"): "STIFFNESS = 1\n"})
-    first = code_digest("mesh")
-    (package / f"{path}.py").write_text("STIFFNESS = 2\n")
-    code._digest.cache_clear()
-    assert len({before, first, code_digest("mesh")}) == 3
-    del sys.modules["law_of_a_test"]
-    assert code_digest("mesh") == before, "those of a plugin that is gone do not"

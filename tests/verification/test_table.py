@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from knitstudy.run.stages import physics_digest
+from knitstudy.run.code_digest import physics_digest
 
 TABLE = Path(__file__).parents[2] / "resources" / "verification.csv"
 REMEDY = "run `make verify` and commit resources/verification.csv"

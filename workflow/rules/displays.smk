@@ -69,7 +69,7 @@ def digest_of_report():
     """Return the digest of the report: of its code, its page, all figures and tables, and all data of the study."""
     from knitstudy.run.catalogue import digests_of
     from knitstudy.knit.scene.scene import digest
-    from knitstudy.run.stages import code_digest
+    from knitstudy.run.code_digest import code_digest
 
     files = {name: Path(path) for name, path in PAGE.items()} | {path: Path(path) for path in FULL}
     shown = [displays(kind).digest(name) for kind in ("figure", "table") for name in displays(kind).names()]

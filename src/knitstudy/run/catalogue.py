@@ -23,8 +23,9 @@ from knitstudy.files import file_digest
 from knitstudy.knit.scene.documents import RESOURCES, base_of
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.registry import Registry, wings
+from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.plan import Plan, Step
-from knitstudy.run.stages import MODEL, STAGES, code_digest
+from knitstudy.run.stages import STAGES
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
     import xarray as xr

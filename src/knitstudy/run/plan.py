@@ -13,10 +13,11 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import NAMELESS, Scene, digest, rounded
 from knitstudy.registry import find, plugin_files
+from knitstudy.run.code_digest import code_digest
 from knitstudy.run.configuration import knits_of, scenes_at_need
 from knitstudy.run.cost import Cost, machine_memory
 from knitstudy.run.sources import Source
-from knitstudy.run.stages import STAGES, Stage, code_digest
+from knitstudy.run.stages import STAGES, Stage
 
 DIGITS = 8  # Digits of a hash in the name of a scene or knit that the configuration does not have
 

@@ -3,38 +3,21 @@
     geometry -> mesh, rest -> simulation, bending -> contacts, stress -> exports
 
 The rules of the workflow, `simulate`, the command and the benchmarks take the stages from `STAGES`. The code behind a
-result counts by the bytes of all files in the rooms that its stage declares: a changed comment is a change. Files of
-loaded plugins always count.
+result counts by the packages that its stage declares (`code_digest`). Files of loaded plugins always count.
 """
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from pathlib import Path
 from typing import Any
 
 from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import later, plugin_files, wings
+from knitstudy.registry import later, wings
+from knitstudy.run.code_digest import MESH, MODEL
 from knitstudy.run.cost import Cost, expected_cost
-
-PACKAGE = Path(__file__).resolve().parents[1]
-
-MESH = ("knit/geometry", "knit/mesh")
-MODEL = (
-    *MESH,
-    "mechanics",
-    "knit/contacts",
-    "knit/loading",
-    "knit/models",
-    "knit/simulate.py",
-    "knit/stress.py",
-    "knit/yarns",
-)
-"""Rooms of this package whose code makes the numbers of meshes and of simulations."""
 
 KIND = ("specimen", "fidelity", "interaction")
 REPEATS = ("pattern.stitches", "pattern.loops", "pattern.rows")
@@ -75,7 +58,7 @@ class Stage:
     reads: Callable[[Scene], tuple[str, ...]]
     of: Check = lambda scene: True  # whether a scene has this stage
     needs: Mapping[str, Need] = field(default_factory=dict)  # by the parameters of the function
-    code: tuple[str, ...] = MODEL  # rooms whose code makes the result
+    code: tuple[str, ...] = MODEL  # packages and files whose code makes the result
     outputs: tuple[str, ...] = ()  # entries of the scene's outputs that the result depends on
     intermediate: bool = False  # whether a study asks for it only as the input of another stage
     asked_by: frozenset[str] = frozenset()  # outputs of the scene without which no study asks for it
@@ -256,40 +239,3 @@ _EXPORTS = (
 STAGES = {
     stage.name: stage for stage in (*_STAGES, *(export for export in _EXPORTS if export.name in EXPORTS))
 }
-
-
-FILES_OF_KEYS = "models/*/__init__.py"
-"""Files whose values a digest of a scene has already: their code does not count."""
-
-
-def code_digest(*rooms: str) -> str:
-    """Return a digest of the bytes of all files in rooms: folders or files of this package.
-
-    Examples
-    --------
-    >>> len(code_digest("knit/geometry"))
-    16
-    """
-    return _digest(rooms, tuple(plugin_files()))
-
-
-def physics_digest() -> str:
-    """Return the digest of all that makes the numbers of meshes and simulations, without plugins."""
-    return _digest(MODEL, ())
-
-
-@cache
-def _digest(rooms: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
-    digest = hashlib.sha256()
-    for room in sorted(set(rooms)):
-        path = PACKAGE / room
-        inside = sorted(
-            file
-            for file in path.rglob("*")
-            if file.suffix in (".py", ".tsv") and not file.match(FILES_OF_KEYS)
-        )
-        for file in [path] if path.is_file() else inside:
-            digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n".encode() + file.read_bytes())
-    for file in plugins:
-        digest.update(file.read_bytes())
-    return digest.hexdigest()[:16]

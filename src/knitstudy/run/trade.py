@@ -31,9 +31,9 @@ from knitstudy.measures.response import MEGABYTE, memory_growth
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_rows
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Trade
+from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
-from knitstudy.run.stages import physics_digest
 
 FEW = 3  # Knits of the highest degree that say how far the next one is off
 

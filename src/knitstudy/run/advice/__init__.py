@@ -26,7 +26,7 @@ from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
-from knitstudy.run.stages import physics_digest
+from knitstudy.run.code_digest import physics_digest
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
