@@ -81,7 +81,8 @@ def at_rest(
     if "cell_width" not in history.attrs:
         return []
     width, height = float(history.attrs["cell_width"]), float(history.attrs["cell_height"])
-    place, yarn = deformed_centrelines(history, 0), history["yarn"].to_numpy()
+    place = deformed_centrelines(history, 0)
+    yarn = history["yarn"].to_numpy()
     own = [np.flatnonzero(yarn == number) for number in np.unique(yarn)]
     # A yarn goes on from its last node to the image of its first one.
     places = [np.vstack([place[nodes], place[nodes[0]] + [width, 0.0, 0.0]]) for nodes in own]
@@ -109,7 +110,8 @@ def construction(
     own = np.repeat(np.broadcast_to(radius, len(lines)), [len(line) for line in dense])
     knitted = np.argsort(np.broadcast_to(length, len(lines)))[-rows:]
     each = float(np.broadcast_to(length, len(lines))[knitted].sum()) / (loops * rows)
-    density, own_tex = loops * rows / (width * height), np.unique(np.broadcast_to(tex, len(lines))[knitted])
+    density = loops * rows / (width * height)
+    own_tex = np.unique(np.broadcast_to(tex, len(lines))[knitted])
     numbers = [
         Quantity("wales per cm", 1e-2 * loops / width, "1/cm"),
         Quantity("courses per cm", 1e-2 * rows / height, "1/cm"),
@@ -149,7 +151,8 @@ def cover(points: Floats, radius: Floats | float, size: tuple[float, float]) -> 
     wrapped[wrapped >= size] = 0.0  # of rounding
     middles = [side * (np.arange(GRID) + 0.5) / GRID for side in size]
     places = np.stack(np.meshgrid(*middles, indexing="ij"), axis=-1).reshape(-1, 2)
-    own, hidden = np.broadcast_to(radius, len(points)), np.zeros(len(places), dtype=bool)
+    own = np.broadcast_to(radius, len(points))
+    hidden = np.zeros(len(places), dtype=bool)
     for each in np.unique(own):
         distance, _ = cKDTree(wrapped[own == each], boxsize=size).query(places)
         hidden |= distance <= each

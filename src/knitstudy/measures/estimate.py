@@ -33,7 +33,8 @@ class Estimate:
 
     def of(self, function: Callable[[float], float]) -> Estimate:
         """Return a function of the estimate: its value, and the larger change at the two ends."""
-        value, ends = function(self.value), (self.value - self.uncertainty, self.value + self.uncertainty)
+        value = function(self.value)
+        ends = (self.value - self.uncertainty, self.value + self.uncertainty)
         return Estimate(value, max(abs(function(end) - value) for end in ends))
 
     def below(self, bar: float) -> bool | None:
@@ -129,7 +130,8 @@ def observed_order(sizes: np.ndarray, values: np.ndarray) -> float:
     """Return the order q of values a + b h^q at the three finest of falling sizes (n,), nan where there is none."""
     if len(sizes) < 3:
         return np.nan
-    h, change = sizes[-3:], np.diff(values[-3:])
+    h = sizes[-3:]
+    change = np.diff(values[-3:])
     wanted = change[0] / change[1] if change[1] != 0 else np.nan
     tried = np.linspace(0.1, 8.0, 400)
     ratio = (h[0] ** tried - h[1] ** tried) / (h[1] ** tried - h[2] ** tried)  # rises with the order

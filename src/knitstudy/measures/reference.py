@@ -128,7 +128,8 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     `base` and `history` are of one discretisation and interaction and differ by an input. The relative error of the
     base, plus the relative uncertainty of the reference, is taken to be the same, at the strains that both reach.
     """
-    reached, estimates = response.common_strain([base, history]), {}
+    reached = response.common_strain([base, history])
+    estimates = {}
     for quantity in TRANSFERRED:
         _, values = response.QUANTITIES[quantity]
         here, there = (values(curve, curve) for curve in (history, base))

@@ -56,7 +56,8 @@ def distance_of_curves(knots: np.ndarray, values: np.ndarray, measure: np.ndarra
 
     def square(polygon: np.ndarray) -> float:
         """Integrate the square of a polygon, exactly."""
-        a, b = polygon[:-1], polygon[1:]
+        a = polygon[:-1]
+        b = polygon[1:]
         return float(np.sum(np.diff(knots) * (a * a + a * b + b * b) / 3))
 
     return float(np.sqrt(square(values - measure) / square(measure)))
@@ -108,8 +109,10 @@ def out_of_plane_correlation(history: xr.Dataset, other: xr.Dataset) -> float:
 def _u_z_at_stations(history: xr.Dataset, places: xr.Dataset) -> np.ndarray:
     """Return u_z of a history at full load at the yarns and relative arc lengths of the stations of another."""
     u_z = motion(history)[-1, :, Z]
-    yarn, share = history["yarn"].to_numpy(), _relative_arc_length(history)
-    wanted_yarn, wanted = places["yarn"].to_numpy(), _relative_arc_length(places)
+    yarn = history["yarn"].to_numpy()
+    share = _relative_arc_length(history)
+    wanted_yarn = places["yarn"].to_numpy()
+    wanted = _relative_arc_length(places)
     result = np.empty(len(wanted))
     for number in np.unique(wanted_yarn):
         of, at = yarn == number, wanted_yarn == number
@@ -128,7 +131,8 @@ def transverse_contraction(history: xr.Dataset) -> float:
 
     The height is the extent in y of the centrelines that began in the middle third of the width.
     """
-    place, now = deformed_centrelines(history, 0), deformed_centrelines(history)
+    place = deformed_centrelines(history, 0)
+    now = deformed_centrelines(history)
     x = place[:, X]
     middle = np.abs(x - 0.5 * (x.min() + x.max())) <= np.ptp(x) / 6
     return float(1 - np.ptp(now[middle, Y]) / np.ptp(place[middle, Y]))

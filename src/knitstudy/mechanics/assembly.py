@@ -137,7 +137,8 @@ class Assembly:
 
     def _pairs(self, local: sp.csr_matrix, batch: Batch) -> tuple[Ints, sp.csr_matrix]:
         """Return the entries that a batch of any elements touches, and the weights that take its blocks there."""
-        a, count = self._width[batch.group], batch.count
+        a = self._width[batch.group]
+        count = batch.count
         part = local[batch.part.start * a : batch.part.stop * a]
         element = np.repeat(np.arange(count), a * a)
         first = element * a + np.tile(np.repeat(np.arange(a), a), count)  # corner of the row, per pair
@@ -191,8 +192,10 @@ class PairSum:
         weights: sp.csr_matrix,  # (k, e a^2)
         alone: Bools,  # (k,), entries that no other batch touches
     ) -> None:
-        self._own, self._joint = entries[alone], entries[~alone]
-        self._to_own, self._to_joint = weights[alone], weights[~alone]
+        self._own = entries[alone]
+        self._joint = entries[~alone]
+        self._to_own = weights[alone]
+        self._to_joint = weights[~alone]
 
     def put(self, data: Floats, blocks: Floats) -> Floats:
         """Write entries of its own into `data` (entries, b); return blocks (e a^2, b) of entries that it shares."""
@@ -287,7 +290,8 @@ def _pattern(
 
 def _entries_at(indptr: np.ndarray, indices: np.ndarray, row: np.ndarray, column: np.ndarray) -> Ints:
     """Return the positions of pairs (row, column) in a pattern with sorted columns that has all of them."""
-    low, high = int(row.min()), int(row.max()) + 1
+    low = int(row.min())
+    high = int(row.max()) + 1
     start, stop = indptr[low], indptr[high]
     rows = np.repeat(np.arange(low, high, dtype=np.int64), np.diff(indptr[low : high + 1]))
     size = np.int64(len(indptr))

@@ -95,7 +95,8 @@ class PatchSearch(PairSearch):
         tree = cKDTree(position[self.own])
         i, j = tree.query_pairs(reach, output_type="ndarray").T.astype(np.int64)
         near = tree.sparse_distance_matrix(cKDTree(position[self.others]), reach, output_type="coo_matrix")
-        i, j = self.own[np.append(i, near.row)], np.append(self.own[j], self.others[near.col])
+        i = self.own[np.append(i, near.row)]
+        j = np.append(self.own[j], self.others[near.col])
         apart = (
             np.abs(self.arc_length[j] - self.arc_length[i]) > np.broadcast_to(self.beside, len(position))[i]
         )
@@ -129,7 +130,8 @@ class BentBeams(EndlessBeams):
         contact.search = PatchSearch(contact.search, patch.image[points.station])
         self.patch, self.along = patch, along
         t, over = self.lattice.vectors[[along, 1 - along]]
-        s, shift = float(np.linalg.norm(over)), float(t @ over / np.linalg.norm(over))
+        s = float(np.linalg.norm(over))
+        shift = float(t @ over / np.linalg.norm(over))
         self.axis = over / s
         across = t - shift * self.axis
         u = float(np.linalg.norm(across))
@@ -147,7 +149,8 @@ class BentBeams(EndlessBeams):
 
     def _carried(self, state: EndlessState) -> LineHistory:
         """Return the friction of a flat sheet, whose pairs are pairs of the patch."""
-        past, each = state.contact, len(self.contact.yarn) // len(self.patch.owner)
+        past = state.contact
+        each = len(self.contact.yarn) // len(self.patch.owner)
         both, image = np.divmod(past.key, FAR * FAR)
         periods = np.stack([image // FAR - FAR // 2, image % FAR], axis=1)
         i, j = (
@@ -194,7 +197,8 @@ class BentBeams(EndlessBeams):
         periods, which = np.unique(j, return_inverse=True)
         angle = periods * state.lattice[3]
         t, weight = np.polynomial.legendre.leggauss(GAUSS)
-        t, weight = 0.5 + 0.5 * t, 0.5 * weight
+        t = 0.5 + 0.5 * t
+        weight = 0.5 * weight
         way = exp((angle[:, None] * t)[..., None] * self.turn) @ self.across
         once = np.cross(self.turn, way)
         ways = np.stack([way, once, np.cross(self.turn, once)], axis=2)  # (J, G, 3, 3)
@@ -205,7 +209,9 @@ class BentBeams(EndlessBeams):
     def _copies(self, state: EndlessState) -> BeamState:
         """Return the state of all stations of the patch."""
         j, R, D = self._motions(state)
-        lengths, beams, owner = self.flat + state.lattice[:3], state.beams, self.patch.owner
+        lengths = self.flat + state.lattice[:3]
+        beams = state.beams
+        owner = self.patch.owner
         along_axis = self.patch.image[:, 1 - self.along] * lengths[1 - self.along] + j * lengths[2]
         position = np.einsum("nij,nj->ni", R, beams.position[owner])
         position += lengths[self.along] * D[:, 0] + np.multiply.outer(along_axis, self.axis)
@@ -242,12 +248,16 @@ class BentBeams(EndlessBeams):
     ) -> tuple[sp.csr_matrix, sp.csr_matrix | None]:
         """Return T (6 N + 3, size), how the patch follows the unknowns, and dT^T f under forces f (6 N,) on it."""
         j, R, D = self._motions(state)
-        owner, n, u = self.patch.owner, self.nodes, (self.flat + state.lattice[:3])[self.along]
-        N, edge = len(owner), np.arange(self.size)
+        owner = self.patch.owner
+        n = self.nodes
+        u = (self.flat + state.lattice[:3])[self.along]
+        N = len(owner)
+        edge = np.arange(self.size)
         turned = j[:, None, None] * (hat(self.turn) @ R)  # dR / dphi
         rate = np.einsum("nij,nj->ni", turned, state.beams.position[owner])
         # Rows of a copy, of its place and its turn: by those of its owner, and by the edges and the angle
-        rows, column = np.zeros((N, 2, 3, 7)), np.empty((N, 2, 3, 7), dtype=np.int32)
+        rows = np.zeros((N, 2, 3, 7))
+        column = np.empty((N, 2, 3, 7), dtype=np.int32)
         rows[..., :3], last = R[:, None], rows[..., 3:]
         last[:, 0, :, 1 - self.along] = np.multiply.outer(self.patch.image[:, 1 - self.along], self.axis)
         last[:, 0, :, self.along] = D[:, 0]

@@ -105,7 +105,9 @@ def balanced(
                 break
             each = increments.send(f"{reason} (allowed {limit:.1%} of the work)")
         errors.clear()
-        work, gap, past = work + balance.done, balance.gap, each
+        work = work + balance.done
+        gap = balance.gap
+        past = each
         yield each, work, gap
         each = next(increments, None)
 
@@ -119,7 +121,8 @@ def _balance(
     gap: float,  # before [J]
 ) -> Balance:
     """Return the balance after an increment."""
-    change, last = now.load - past.load, now.rates[0]
+    change = now.load - past.load
+    last = now.rates[0]
     moved = last.step * last.increment
     before, after = (float(drive(each) @ moved) / change for each in (past, now))
     done = 0.5 * (before + after) * change

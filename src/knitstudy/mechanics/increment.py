@@ -47,7 +47,8 @@ class PrescribedDisplacement:
             raise ConfigurationError(f"unknown {number[0]} is prescribed, but unknowns are numbered from 0")
         twice = (value != value[:, first[same]]).any(axis=0)
         if twice.any():
-            one, other = value[:, first[same[twice]][0]], value[:, twice][:, 0]
+            one = value[:, first[same[twice]][0]]
+            other = value[:, twice][:, 0]
             raise ConfigurationError(
                 f"unknown {self.fixed[twice][0]} is prescribed twice, as {one.tolist()} and {other.tolist()}"
             )
@@ -75,12 +76,14 @@ class PrescribedDisplacement:
         >>> PrescribedDisplacement(ends, np.array([0.0, 0.2])).affine(nodes, 3, load=1.0).round(6).tolist()
         [0.0, 0.0, 0.0, 0.05, 0.0, 0.0, 0.2, 0.0, 0.0]
         """
-        motion, moved = np.zeros((len(nodes), block)), self.at(load)
+        motion = np.zeros((len(nodes), block))
+        moved = self.at(load)
         node, component = np.divmod(self.fixed, block)
         for axis in range(3):
             here = np.flatnonzero(component == axis)
             if len(here):
-                middle, mean = nodes[node[here]].mean(axis=0), moved[here].mean()
+                middle = nodes[node[here]].mean(axis=0)
+                mean = moved[here].mean()
                 gradient = np.linalg.lstsq(nodes[node[here]] - middle, moved[here] - mean, rcond=FLAT)[0]
                 motion[:, axis] = mean + (nodes - middle) @ gradient
         return motion.ravel()
@@ -278,7 +281,8 @@ def extrapolated(
     # Newton's divided differences: rates are the first ones.
     differences = [rate.step for rate in rates]
     widths = [rate.increment for rate in rates]
-    guess, factor = change * differences[0], change
+    guess = change * differences[0]
+    factor = change
     for order in range(1, len(rates)):
         spans = [sum(widths[i : i + order + 1]) for i in range(len(rates) - order)]
         differences = [
@@ -335,5 +339,6 @@ def add_diagonal(matrix: Any, diagonal: Floats) -> None:
     """
     block = matrix.blocksize[0] if matrix.format == "bsr" else 1
     row = np.repeat(np.arange(len(matrix.indptr) - 1), np.diff(matrix.indptr))
-    own, i = np.flatnonzero(row == matrix.indices), np.arange(block)
+    own = np.flatnonzero(row == matrix.indices)
+    i = np.arange(block)
     matrix.data.reshape(-1, block, block)[own[:, None], i, i] += diagonal.reshape(-1, block)[row[own]]

@@ -84,7 +84,9 @@ class _Path:
 
     def accept(self, now: Increment) -> None:
         """Go on from an increment."""
-        self.now, self.size, self.largest = now, now.size, min(now.largest, 1.0 / self.settings.increments)
+        self.now = now
+        self.size = now.size
+        self.largest = min(now.largest, 1.0 / self.settings.increments)
         self.number = f"increment {now.index + 1}"
         # Iterations since the path last made progress, at a load factor: of failed attempts, and all
         self.since, self.failed, self.tried = now.headway
@@ -143,8 +145,10 @@ class _Path:
 
     def shorten(self, target: float, reason: str) -> None:
         """Count a failed attempt, and halve the increment; raises ConvergenceError if that has become vain."""
-        spent, self.reason = self.method.spent, reason
-        self.cutbacks, self.spent = self.cutbacks + 1, self.spent + spent
+        spent = self.method.spent
+        self.reason = reason
+        self.cutbacks = self.cutbacks + 1
+        self.spent = self.spent + spent
         self.failed, self.tried = self.failed + spent[0], self.tried + spent[0]
         if self.cutbacks > self.settings.cutbacks:
             raise ConvergenceError(
@@ -198,7 +202,8 @@ class GuidedNewton(Newton):
             return []
         if now.index < 2 or not now.rates:
             return [change]
-        last, span = now.rates[0], target - now.load
+        last = now.rates[0]
+        span = target - now.load
         past = self.guide(now.load - last.increment, now.load)
         if past is None:
             return [change]
@@ -255,11 +260,19 @@ class Flow:
         trapezoidal rule, less the work that the driven side did against them.
         """
         model, prescribed, settings = self.newton.model, self.newton.prescribed, self.newton.settings
-        change, fixed = target - now.load, prescribed.fixed
+        change = target - now.load
+        fixed = prescribed.fixed
         moved = prescribed.at(target) - prescribed.at(now.load)
         near = replace(settings, stride=min(settings.stride, STRIDE * model.length))
-        anchor, level, fading, guess = replace(now, rates=(), updates=()), FIRST, FADING, None
-        total, pull, size, work, pulled = np.zeros(model.size), np.zeros(model.size), 0.0, 0.0, moved
+        anchor = replace(now, rates=(), updates=())
+        level = FIRST
+        fading = FADING
+        guess = None
+        total = np.zeros(model.size)
+        pull = np.zeros(model.size)
+        size = 0.0
+        work = 0.0
+        pulled = moved
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
             viscosity = level * self.newton.unit
@@ -273,16 +286,19 @@ class Flow:
             except (NotConverged, ConvergenceError) as failure:
                 log.debug("viscosity %.1e: %s", level, failure)
                 spent += viscous.spent
-                level, fading = max(level, LEAST) * RISING, 1.0
+                level = max(level, LEAST) * RISING
+                fading = 1.0
                 guess = None if guess is None else guess / RISING
                 continue
             spent += viscous.spent
             log.debug("viscosity %.1e: balanced after %d iterations", level, viscous.spent[0])
-            before, pull = pull, viscosity * step
+            before = pull
+            pull = viscosity * step
             work += 0.5 * float((before + pull) @ step)
             total = total + step
             pulled = reached.response.force[fixed] if guess is None else pulled
-            past, size = size, float(np.linalg.norm(pull / model.scale))
+            past = size
+            size = float(np.linalg.norm(pull / model.scale))
             grows = guess is not None and size > GROWTH * past
             if viscous.residual(replace(reached.response, force=pull)) <= AMPLE * settings.residual_tolerance:
                 released = max(work - 0.5 * float((pulled - reached.response.force[fixed]) @ moved), 0.0)

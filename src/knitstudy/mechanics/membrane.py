@@ -58,7 +58,8 @@ class ExponentialLaw(MembraneLaw):
 
     def respond(self, strain: Floats) -> Parts:
         """Return energy, stress and tangent at strains (..., 3)."""
-        along, linear = strain @ self.slope.T, strain @ self.form
+        along = strain @ self.slope.T
+        linear = strain @ self.form
         growth = np.expm1(along)
         energy = 0.5 * (strain * linear).sum(axis=-1) + (growth - along) @ self.weight
         factor = self.weight * (1 + growth)
@@ -74,8 +75,11 @@ def green(stretch: Floats) -> tuple[Floats, Floats]:
     >>> green(np.array([0.1, 0.0, 0.0]))[0].round(12)  # (1.1^2 - 1) / 2
     array([0.105, 0.   , 0.   ])
     """
-    one, two, half = 1 + stretch[..., 0], 1 + stretch[..., 1], 0.5 * stretch[..., 2]
-    both, none = one + two, np.zeros_like(one)
+    one = 1 + stretch[..., 0]
+    two = 1 + stretch[..., 1]
+    half = 0.5 * stretch[..., 2]
+    both = one + two
+    none = np.zeros_like(one)
     strain = np.stack([(one**2 + half**2 - 1) / 2, (two**2 + half**2 - 1) / 2, half * both], axis=-1)
     rows = ((one, none, half / 2), (none, two, half / 2), (half, half, both / 2))
     return strain, np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
@@ -148,7 +152,8 @@ class MembraneModel(Memoryless):
 
     def respond(self, state: Floats, stiffness: bool) -> Response:
         """Return force, energy and, if asked, tangent of a state."""
-        gradient, slope = self.deformation(state), self._slope
+        gradient = self.deformation(state)
+        slope = self._slope
         inside_out = np.linalg.det(gradient) <= 0
         strain = np.where(inside_out[..., None], np.nan, strains(gradient))
         with np.errstate(over="ignore", invalid="ignore"):  # values that are not finite are refused
@@ -169,7 +174,8 @@ class MembraneModel(Memoryless):
         rows = np.einsum("egiq,egaq->egqai", gradient[..., FIRST], slope[..., SECOND])
         rows += np.einsum("egiq,egaq->egqai", gradient[..., SECOND], slope[..., FIRST])
         rows *= np.array([0.5, 0.5, 1.0])[:, None, None]
-        count, nodes = len(rows), slope.shape[2]
+        count = len(rows)
+        nodes = slope.shape[2]
         flat = rows.reshape(count, -1, 3, 2 * nodes)
         scaled = (self.area[..., None, None] * tangent) @ flat
         total = np.swapaxes(flat.reshape(count, -1, 2 * nodes), 1, 2) @ scaled.reshape(count, -1, 2 * nodes)

@@ -143,8 +143,10 @@ def eliminate(
     touched = np.any(~keep, axis=1)
     row = np.repeat(np.arange(len(touched), dtype=np.int32), np.diff(matrix.indptr))
     entries = np.flatnonzero(touched[row] | touched[matrix.indices])
-    row, column = row[entries], matrix.indices[entries]
-    data, i = matrix.data.reshape(-1, block, block), np.arange(block)
+    row = row[entries]
+    column = matrix.indices[entries]
+    data = matrix.data.reshape(-1, block, block)
+    i = np.arange(block)
     data[entries] *= keep[row][:, :, None] & keep[column][:, None, :]
     same = row == column
     data[entries[same][:, None], i, i] += level * ~keep[row[same]]

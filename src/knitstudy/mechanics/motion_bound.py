@@ -100,7 +100,8 @@ class Boxes:
         beside = np.ravel_multi_index(beside.reshape(-1, 3).T, shape)
         other = np.minimum(np.searchsorted(keys, beside), len(keys) - 1)
         pairs = np.flatnonzero((keys[other] == beside) & self._known[other])
-        self._one, self._other = pairs // len(around), other[pairs]
+        self._one = pairs // len(around)
+        self._other = other[pairs]
         beside_each = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(beside_each, shape=(len(keys), len(keys)))
 
@@ -118,7 +119,8 @@ class Boxes:
 
         own = self._largest(by_parts(beyond, len(place), CHUNK))
         places = place.swapaxes(0, 1)  # NumPy's own reduction over so few takes five times as long
-        low, high = -self._largest(-reduce(np.minimum, places)), self._largest(reduce(np.maximum, places))
+        low = -self._largest(-reduce(np.minimum, places))
+        high = self._largest(reduce(np.maximum, places))
         corners = np.where(CORNERS, high[:, None], low[:, None])[self._other]
         apart = _farthest(maps.at(self._other, corners) - maps.at(self._one, corners))
         largest = np.zeros(self.count)
@@ -128,7 +130,8 @@ class Boxes:
     def _largest(self, values: Floats) -> Floats:
         """Return the largest values (b, ...) of control points (S, ...) in boxes, minus infinity without one."""
         result = np.full((self.count, *values.shape[1:]), -np.inf)
-        ordered, first = values[self._sum.indices], self._sum.indptr[:-1][self._known]
+        ordered = values[self._sum.indices]
+        first = self._sum.indptr[:-1][self._known]
         result[self._known] = np.maximum.reduceat(ordered, first)
         return result
 
@@ -136,7 +139,8 @@ class Boxes:
 def moments(place: Floats, way: Floats) -> Floats:
     """Return the sums (S, 28) of (1, x) (1, x, u) over control points (S, a, 3) with places x and ways u."""
     one = np.ones((*place.shape[:2], 1))
-    first, second = np.concatenate([one, place], axis=2), np.concatenate([one, place, way], axis=2)
+    first = np.concatenate([one, place], axis=2)
+    second = np.concatenate([one, place, way], axis=2)
     return (first.swapaxes(1, 2) @ second).reshape(len(place), -1)
 
 

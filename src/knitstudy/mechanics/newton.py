@@ -118,7 +118,9 @@ class Newton:
 
     def _reset(self, at: Iterate) -> None:
         """Start iterations anew in a state whose forces have changed."""
-        at.iterations, at.correction, at.tangent_is_stale = 0, np.inf, True
+        at.iterations = 0
+        at.correction = np.inf
+        at.tangent_is_stale = True
         at.response = self._respond(at.state, at.total, stiffness=False)
         self._require_finite(at.response)
         at.residuals.append(self.residual(at.response))
@@ -192,7 +194,8 @@ class Newton:
         if len(rates) > 1 or change is not None:
             state = self.model.begin(state, target, target - now.load)
         response = self._respond(state, total, stiffness=False)
-        residuals, changed = [self.residual(response)], response.status is not None
+        residuals = [self.residual(response)]
+        changed = response.status is not None
         return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> Floats:
@@ -241,7 +244,8 @@ class Newton:
         at.updates.append(at.total.copy())
         if len(at.updates) <= len(now.updates):
             step = now.updates[len(at.updates) - 1]
-            at.state, at.total = self.model.advance(at.state, step), at.total + step
+            at.state = self.model.advance(at.state, step)
+            at.total = at.total + step
         self._reset(at)
 
     def _require_progress(self, at: Iterate) -> None:
@@ -271,7 +275,8 @@ class Newton:
         at.still = at.still + 1 if at.correction <= ROUNDING and not at.changed else 0
         at.residuals.append(taken.residual)
         if at.changed:
-            at.correction, at.tangent_is_stale = np.inf, True
+            at.correction = np.inf
+            at.tangent_is_stale = True
         elif taken.share == 1.0 and at.residual <= 0.3 * self.settings.residual_tolerance:
             # Corrections fall as residuals do: the next one need not be computed to be known.
             at.correction *= min(at.residual / max(at.residuals[-2], 1e-300), 1.0)
@@ -279,7 +284,8 @@ class Newton:
         log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
     def _converged(self, at: Iterate, now: Increment, target: float) -> Increment:
-        change, response = target - now.load, at.response
+        change = target - now.load
+        response = at.response
         if now.damped:
             energy = summed(response.energy, {"stabilisation": now.damped})
             response = replace(response, energy=energy)
@@ -380,7 +386,8 @@ class Newton:
 
     def _search(self, at: Iterate, step: Floats) -> Trial:
         """Return the trial state to accept along a step, which moves no farther than a stride."""
-        longest, stride = self._longest(at.state, step), self.settings.stride
+        longest = self._longest(at.state, step)
+        stride = self.settings.stride
         cut = stride / longest if longest > stride else 1.0
         step = cut * step if cut < 1 else step
 
@@ -402,7 +409,8 @@ class Newton:
         Of models with `motion_of_neighbours`, bodies that are near each other, it is their largest relative motion over
         the step, which is at most twice the largest displacement.
         """
-        size, of_neighbours = self.largest(step), getattr(self.model, "motion_of_neighbours", None)
+        size = self.largest(step)
+        of_neighbours = getattr(self.model, "motion_of_neighbours", None)
         if of_neighbours is None or 2 * size <= self.settings.stride:
             return size
         return of_neighbours(state, step)

@@ -23,7 +23,8 @@ class PatternSum:
     """
 
     def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:
-        self._large, self._small = large.indices, (small.indptr, small.indices)
+        self._large = large.indices
+        self._small = (small.indptr, small.indices)
         target, known = _places(large, small)
         self._new = ~known
         # Blocks that the small pattern alone has: before every one of its blocks, and all of them
@@ -108,7 +109,8 @@ def _places(large: sp.bsr_matrix, small: sp.bsr_matrix) -> tuple[np.ndarray, Boo
     def places(part: slice) -> tuple[np.ndarray, Bools]:
         low, high, _ = part.indices(nodes)
         count = np.diff(small.indptr[low : high + 1])
-        row, rows = low + np.repeat(np.arange(high - low), count), low + np.flatnonzero(count)
+        row = low + np.repeat(np.arange(high - low), count)
+        rows = low + np.flatnonzero(count)
         width = large.indptr[rows + 1] - large.indptr[rows]
         keys = np.repeat(rows, width) * np.int64(nodes) + large.indices[block_entries(large, rows)]
         wanted = row * np.int64(nodes) + small.indices[small.indptr[low] : small.indptr[high]]

@@ -321,7 +321,8 @@ class EndlessBeams(Memoryless):
         self.drag *= DRAG * bending / period**3
         if np.any(straight):  # by their own length; they turn about themselves for nothing as well
             free = np.flatnonzero(straight)
-            own, step = np.asarray(straight)[free, None], inner.elements.length[free, None]
+            own = np.asarray(straight)[free, None]
+            step = inner.elements.length[free, None]
             each = np.repeat(np.hstack([own**-4, own**-2]), 3, axis=1)
             self.drag[:-3].reshape(-1, 6)[free] = DRAG * bending * step * each
         self._stored: dict[str, float] = {}  # energies there

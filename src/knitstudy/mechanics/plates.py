@@ -30,7 +30,9 @@ class MirrorSearch(PairSearch):
     """
 
     def __init__(self, search: PairSearch, period: Floats) -> None:
-        yarn, s, n = search.yarn, search.arc_length, len(search.yarn)
+        yarn = search.yarn
+        s = search.arc_length
+        n = len(search.yarn)
         begin, end = (np.searchsorted(yarn, yarn, side=side)[:, None] for side in ("left", "right"))
         spacing = np.diff(s)
         beside = np.broadcast_to(search.beside, n)[:, None]
@@ -39,11 +41,11 @@ class MirrorSearch(PairSearch):
         around, place = np.divmod(along, end - begin)  # periods, and points of the yarn
         apart = s[begin + place] + around * period[yarn][:, None] - s[:, None]
         near = np.abs(apart) <= beside
-        i, j, image = np.nonzero(near)[0], (begin + place)[near], around[near][:, None] * [1, 0]
-        both, key = (
-            (np.tile(i, 2), np.append(n + j, 2 * n + j), np.tile(image, (2, 1))),
-            np.arange(2 * len(i)),
-        )
+        i = np.nonzero(near)[0]
+        j = (begin + place)[near]
+        image = around[near][:, None] * [1, 0]
+        both = (np.tile(i, 2), np.append(n + j, 2 * n + j), np.tile(image, (2, 1)))
+        key = np.arange(2 * len(i))
         self._every = PointPairs(*both, np.zeros((len(key), 3)), key)
 
     def within(self, reach: float, far: float, position: Floats, vectors: Floats) -> PointPairs:
@@ -72,17 +74,23 @@ class PressedBeams(Memoryless):
 
     def __init__(self, cell: EndlessBeams, force: float = 0.0) -> None:
         """`force` closes the plates [N]; on a way to rest it grows with the diameter of the yarns."""
-        self.cell, self.force, self.length = cell, force, cell.length
-        self.size, self.scale = cell.size + 1, np.append(cell.scale, 1.0)
+        self.cell = cell
+        self.force = force
+        self.length = cell.length
+        self.size = cell.size + 1
+        self.scale = np.append(cell.scale, 1.0)
         self.drag = np.append(cell.drag, cell.drag[-1])
-        start, line, period = cell.start(), cell.contact, cell.contact.search.period
+        start = cell.start()
+        line = cell.contact
+        period = cell.contact.search.period
         assert period is not None, "the yarns of a cell repeat themselves"
         height = cell.at_points(start).position[:, 2]
         radius = 0.5 * line.of_diameter(cell.diameter(start)).repulsion.own_diameter
         # of both plates at first [m]
         self.heights = np.array([np.min(height - radius), np.max(height + radius)])
         self.thickness = float(np.ptp(self.heights))
-        n, yarn = len(line.yarn), np.concatenate([line.yarn + k * len(period) for k in range(3)])
+        n = len(line.yarn)
+        yarn = np.concatenate([line.yarn + k * len(period) for k in range(3)])
         of_points = yarn, np.tile(line.arc_length, 3), np.tile(line.weight, 3)
         law = line.repulsion
         law = replace(law, kind=np.tile(law.kind, 3)) if isinstance(law, Mixed) else law
@@ -127,7 +135,8 @@ class PressedBeams(Memoryless):
 
     def respond(self, state: PressedState, stiffness: bool) -> Response:
         """Return forces, energies and, if asked, the tangent."""
-        answer, drag = self.cell.respond(state.cell, stiffness), self.drag[-1]
+        answer = self.cell.respond(state.cell, stiffness)
+        drag = self.drag[-1]
         points = self.cell.at_points(state.cell)
         position, rotation = np.tile(points.position, (3, 1, 1)), np.tile(points.rotation, (3, 1, 1))
         position[1:] *= [1.0, 1.0, -1.0]

@@ -45,8 +45,12 @@ def hat(v: Floats) -> Floats:
     """
     v = np.asarray(v, dtype=float)
     skew = np.zeros((*v.shape, 3))
-    skew[..., 0, 1], skew[..., 0, 2], skew[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    skew[..., 1, 0], skew[..., 2, 0], skew[..., 2, 1] = v[..., 2], -v[..., 1], v[..., 0]
+    skew[..., 0, 1] = -v[..., 2]
+    skew[..., 0, 2] = v[..., 1]
+    skew[..., 1, 2] = -v[..., 0]
+    skew[..., 1, 0] = v[..., 2]
+    skew[..., 2, 0] = -v[..., 1]
+    skew[..., 2, 1] = v[..., 0]
     return skew
 
 

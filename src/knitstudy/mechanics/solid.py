@@ -144,7 +144,9 @@ class SolidModel:
         # (N,), stiffness against the way within an increment of nodes that nothing but contact can hold [N/m]
         drag: Floats | None = None,
     ) -> None:
-        self.nodes, self.groups, self.links = nodes, tuple(groups), links
+        self.nodes = nodes
+        self.groups = tuple(groups)
+        self.links = links
         self.transformation, self.stabilisation = transformation, stabilisation
         self.contact, self.penetration = contact, penetration
         connectivity = [group.connectivity for group in self.groups]
@@ -229,7 +231,8 @@ class SolidModel:
         if self.drag is not None and state.led > FADED:
             return replace(state, led=FADED)
         points = self.contact_points(state)
-        deepest, limit = -self.contact.smallest_gap(points), self.penetration.limit
+        deepest = -self.contact.smallest_gap(points)
+        limit = self.penetration.limit
         if deepest <= limit:
             return None
         if state.augmentations == self.penetration.augmentations:
@@ -267,13 +270,15 @@ class SolidModel:
 
     def _damped(self, state: SolidState) -> float:
         """Return the work that viscous forces have taken up to a state [J]."""
-        viscosity, before = self._viscosity(state), state.past
+        viscosity = self._viscosity(state)
+        before = state.past
         if viscosity is None:
             return before.damped
         return before.damped + float(viscosity @ (state.displacement - before.displacement).ravel() ** 2)
 
     def _with_viscosity(self, response: Response, state: SolidState) -> Response:
-        viscosity, stiffness = self._viscosity(state), response.stiffness
+        viscosity = self._viscosity(state)
+        stiffness = response.stiffness
         if viscosity is None:
             return response
         pull = viscosity * (state.displacement - state.past.displacement).ravel()
@@ -329,7 +334,8 @@ class SolidModel:
 
         def evaluate(number: int) -> None:
             batch = batches[number]
-            group, part = self.groups[batch.group], batch.part
+            group = self.groups[batch.group]
+            part = batch.part
             width = group.connectivity.shape[1]
             blocks = SCRATCH.array("stiffness", batch.count, width**2, 9) if stiffness else None
             nodes = group.connectivity[part]

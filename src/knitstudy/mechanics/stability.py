@@ -136,7 +136,8 @@ class Waves:
         tiling: Tiling,  # of the n nodes of a cell
         neutral: Floats,  # (6 n, k), motions of yarns along courses that cost nothing where all cells move alike there
     ) -> None:
-        self._node, self._nodes = tiling.place, len(scale) // 6
+        self._node = tiling.place
+        self._nodes = len(scale) // 6
         middle = tiling.counts // 2
         self._away = tiling.cell - middle
         inner = np.flatnonzero(np.all(self._away == 0, axis=1))  # in the order of the nodes of a cell

@@ -83,7 +83,8 @@ def extract(fabric: Fabric, history: xr.Dataset) -> xr.Dataset:
     values["area"] = values["contact_area"][-1].copy()
     if "section_gradient" in history:
         gradient, moved = history["section_gradient"].to_numpy(), history["section_displacement"].to_numpy()
-        relative, centroid = values["relative_displacement"], touch.reference_centroid()
+        relative = values["relative_displacement"]
+        centroid = touch.reference_centroid()
         values |= kinematics(fabric, gradient, moved, relative, centroid)
     _put_ties(values, history, tied)
     with np.errstate(invalid="ignore"):  # an open crossing has no direction: 0 / 0
@@ -103,7 +104,8 @@ def indented(fabric: Fabric, force: Floats, modulus: float) -> dict[str, Floats]
 
     The angle between the yarns is the undeformed one.
     """
-    radius, load = fabric.radius, np.linalg.norm(force, axis=-1)
+    radius = fabric.radius
+    load = np.linalg.norm(force, axis=-1)
     cosine = np.abs(np.einsum("ki,ki->k", *Axes.of(fabric).tangent.swapaxes(0, 1)))
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))
     kinds = [Crossing.at(max(float(value), SMALLEST)) for value in angle]
@@ -157,7 +159,8 @@ class _Touch:
         """Return all that is known of the crossings (I, K, ...) from their points."""
         points, load = self.points, self.load
         sign = np.where(points.side == 0, 1.0, -1.0)
-        area, total_load = self._sum(points.area), self._sum(load)
+        area = self._sum(points.area)
+        total_load = self._sum(load)
         with np.errstate(invalid="ignore"):  # an open crossing has no centroid, normal, slip or share: 0 / 0
             mean_normal = self._sum(-(load * sign)[:, None] * points.normal)
             results = {
@@ -193,7 +196,8 @@ class _Touch:
         """
         total = self._sum(self.load)
         last = self.shape[0] - 1 - np.argmax(total[::-1] > 0, axis=0), np.arange(self.shape[1])
-        moment, weight = self._sum(self.load[:, None] * self.points.reference)[last], total[last]
+        moment = self._sum(self.load[:, None] * self.points.reference)[last]
+        weight = total[last]
         touched = weight > 0
         centroid = np.array(otherwise, dtype=float)
         centroid[touched] = moment[touched] / weight[touched, None]
@@ -227,7 +231,8 @@ class _Touch:
 def _put_ties(values: dict[str, Floats], history: xr.Dataset, tied: Bools) -> None:
     """Write results (..., K, ...) of tied crossings: each is one zone that always sticks, of unknown pressure."""
     centroid, area = (history[name].to_numpy()[tied] for name in ("tied_centroid", "tied_area"))
-    normal, force = values["normal"][tied], values["force"][:, tied]
+    normal = values["normal"][tied]
+    force = values["force"][:, tied]
     along = np.einsum("iks,ks->ik", force, normal)[..., None] * normal
     values["centroid"][tied], values["area"][tied] = centroid, area
     known = {

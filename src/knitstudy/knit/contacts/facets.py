@@ -44,7 +44,8 @@ def count_zones(place: Ints, cell: Ints, around: int, places: int) -> Ints:
         return (place * layers + layer) * around + facet % around
 
     facets, index = np.unique(number(place, *cell.T), return_index=True)
-    place, (layer, facet) = place[index], cell[index].T
+    place = place[index]
+    layer, facet = cell[index].T
     edges = []
     for step, turn in NEIGHBOURS:
         neighbour = number(place, layer + step, facet + turn)

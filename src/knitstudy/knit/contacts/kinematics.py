@@ -197,12 +197,14 @@ def place_on_yarn(fabric: Fabric, axes: Axes, place: Floats) -> tuple[Floats, Fl
         at = _, crossing, side = np.nonzero((crossings.yarn == yarn) & np.isfinite(place[..., 0]))
         start = crossings.arc_length[crossing, side]
         s = foot(curve, place[at], start)
-        tangent, axis = curve.tangent(s), axes.tangent[crossing, side]
+        tangent = curve.tangent(s)
+        axis = axes.tangent[crossing, side]
         arm = place[at] - curve.position(s)
         back = np.sum(arm * axis, axis=1) / (1 + np.sum(tangent * axis, axis=1))
         arm = arm - back[:, None] * (tangent + axis)
         up, aside = (np.sum(arm * axis[crossing, side], axis=1) for axis in (axes.towards, axes.across))
-        along[at], around[at] = s - start, np.arctan2(aside, up)
+        along[at] = s - start
+        around[at] = np.arctan2(aside, up)
     return along, around
 
 

@@ -80,7 +80,8 @@ def segments(crossings: Crossings, lengths: Floats) -> Segments:
 
 def _pieces(crossings: Crossings, lengths: Floats) -> tuple[Ints, Floats, Ints]:
     """Yarn (P,), arc lengths (P, 2) and crossings (P, 2) at the ends of all pieces, -1 at the ends of yarns."""
-    every, none = np.arange(len(lengths)), np.full(len(lengths), -1)
+    every = np.arange(len(lengths))
+    none = np.full(len(lengths), -1)
     yarn = np.concatenate([every, crossings.yarn.T.ravel(), every])
     s = np.concatenate([np.zeros(len(lengths)), crossings.arc_length.T.ravel(), lengths])
     number = np.concatenate([none, np.tile(np.arange(len(crossings)), 2), none])

@@ -88,7 +88,8 @@ def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, s
         for key, ((first, second), *_) in alike.items()
     }
     places = _places(in_plane)
-    label, places_of = np.empty(0, int), np.empty((0, 2))
+    label = np.empty(0, int)
+    places_of = np.empty((0, 2))
     none = Crossings(label, label, label, places_of.astype(int), places_of, np.empty((0, 2, 3)), np.empty(0))
     crossings: list[Crossings] = []
     for key, pairs in alike.items():
@@ -98,7 +99,8 @@ def find_crossings(curves: Sequence[Centreline], radius: float, copy_of: Ints, s
         if one_curve is other:  # pieces of a yarn within half a turn are neighbours
             one = one[np.diff(one.arc_length, axis=1)[:, 0] > np.pi * radius]
         for pair in pairs:
-            yarn, by = np.array(pair)[one.yarn], shift[pair[0]] - shift[pairs[0][0]]
+            yarn = np.array(pair)[one.yarn]
+            by = shift[pair[0]] - shift[pairs[0][0]]
             crossings.append(replace(one, row=yarn[:, 0], yarn=yarn, point=one.point + by))
     return none.joined(*crossings)
 
@@ -170,7 +172,8 @@ def plane_crossings(
     if apart is not None:
         ahead = j >= i + apart
         i, j = i[ahead], j[ahead]
-    offset, det = b[j] - a[i], _cross(da[i], db[j])
+    offset = b[j] - a[i]
+    det = _cross(da[i], db[j])
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.stack([_cross(offset, db[j]) / det, _cross(offset, da[i]) / det], axis=-1)
     here = ((share > -ROUNDING) & (share < 1 + ROUNDING)).all(axis=-1)
@@ -198,7 +201,8 @@ def windows_of_loop(loop: Any) -> tuple[Ints, Floats, Floats]:
     half = period * PLANE_SAMPLES // 2
     u = np.arange(-half, 3 * half + 1) / PLANE_SAMPLES
     lines = [curve.value(u)[:, :2] for curve in loop.curves]
-    one, every = slice(half, -half), []
+    one = slice(half, -half)
+    every = []
     for lower, upper in zip(lines, [*lines[1:], lines[0] + (loop.rows * loop.rise)[:2]], strict=True):
         crossed = plane_crossings((u[one], lower[one]), (u, upper))
         crossed = crossed[np.argsort(crossed[:, 0], kind="stable")]
@@ -273,7 +277,8 @@ def refine(
     From parameters (K, 2) it finds minima in windows (K, 2, 2), first and last parameter allowed. The second curve may
     be moved by shifts (K, 3) [m].
     """
-    curves, u = (first, second), start.copy()
+    curves = (first, second)
+    u = start.copy()
     low, high = windows[..., 0], windows[..., 1]
     value, step = _half_square(curves, shift, u, low, high)
     active = np.ones(len(u), dtype=bool)
@@ -303,8 +308,11 @@ def _half_square(
     (a, ta, da), (b, tb, db) = (curve.jet(u[:, side]) for side, curve in enumerate(curves))
     apart = a - b - shift
     gradient = np.stack([np.vecdot(apart, ta), -np.vecdot(apart, tb)], axis=-1)
-    mixed, saa, sbb = -np.vecdot(ta, tb), np.vecdot(ta, ta), np.vecdot(tb, tb)
-    haa, hbb = saa + np.vecdot(apart, da), sbb - np.vecdot(apart, db)
+    mixed = -np.vecdot(ta, tb)
+    saa = np.vecdot(ta, ta)
+    sbb = np.vecdot(tb, tb)
+    haa = saa + np.vecdot(apart, da)
+    hbb = sbb - np.vecdot(apart, db)
     # Newton's method with the sizes of the eigenvalues, so that it leads down everywhere.
     sizes, vectors = np.linalg.eigh(np.stack([haa, mixed, mixed, hbb], axis=-1).reshape(-1, 2, 2))
     sizes = np.maximum(np.abs(sizes), SMALLEST * (saa + sbb)[:, None])

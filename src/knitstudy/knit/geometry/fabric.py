@@ -116,7 +116,8 @@ class Fabric:
     @cached_property
     def _places(self) -> dict[int, tuple[Floats, Floats]]:
         """Arc lengths (m,) and points (m, 3) at which a yarn or a copy of it is crossed, by the yarn copied."""
-        crossings, places = self.crossings, {}
+        crossings = self.crossings
+        places = {}
         yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()
         middle = np.repeat(crossings.point.mean(axis=1), 2, axis=0) - self.shift[yarn]
         for number in np.unique(self.copy_of).tolist():

@@ -37,7 +37,8 @@ def fabric_dataset(fabric: Fabric) -> xr.Dataset:
         Control points of the curves of all yarns, one after the other, where a yarn begins and ends on its curve,
         crossings, grips, periods, and the recipe; docs/reference/files.md lists the variables.
     """
-    lines, made_of = fabric.centrelines, dict(fabric.made_of)
+    lines = fabric.centrelines
+    made_of = dict(fabric.made_of)
     stitches = made_of.pop("stitches", PLAIN)
     curves = [line.curve.points(np.arange(line.curve.period)) for line in lines]
     values = {

@@ -45,7 +45,8 @@ class InfeasibleLoop(GeometryError):
 
     def __init__(self, message: str, limits: Iterable[str], share: float) -> None:
         super().__init__(message)
-        self.limits, self.share = tuple(limits), share
+        self.limits = tuple(limits)
+        self.share = share
 
 
 @dataclass(frozen=True)
@@ -109,7 +110,8 @@ class Room:
 
     def _find_pairs(self, crossing: Floats) -> None:
         """Find the other pieces of yarn that come near each other, and windows of these and of the crossings."""
-        unit, first = self.unit, self.crossing[0]
+        unit = self.unit
+        first = self.crossing[0]
         # The images of these crossings by the symmetries are all others.
         of_images = zip(*(image.pairs(self._every[first], crossing) for image in self._group), strict=True)
         rows, images = (np.concatenate(parts) for parts in of_images)
@@ -181,7 +183,8 @@ class Room:
         The last call is kept: values and slopes are asked for one after the other.
         """
         if self._kept[0] != x.tobytes():
-            points, share = self._points(x), x[-1]
+            points = self._points(x)
+            share = x[-1]
             parts = [self._lack, self._distances, self._curvature]
             if self.path.length is not None:
                 parts.insert(1, self._length)
@@ -235,7 +238,8 @@ class Room:
         by_d2 = 2 * np.cross(normal, d1) / speed**3
         slope = first[:, :, None] * by_d1[:, None] + second[:, :, None] * by_d2[:, None]
         start, growth = np.divide(self.path.radius, LARGEST_CURVATURE)
-        radius, square = start + share * growth, (area / speed**3)[:, 0]
+        radius = start + share * growth
+        square = (area / speed**3)[:, 0]
         return 1 - radius**2 * square, -(radius**2) * slope, -2 * radius * growth * square
 
     def minimise(self, reach: float) -> OptimizeResult:
@@ -262,7 +266,8 @@ class Room:
         met = np.abs(value) < EXACT
         met[self._cost] = False
         unknown = slice(-1) if self.at_end else slice(None)
-        forces, cost = slope[met, unknown].T, slope[self._cost, unknown]
+        forces = slope[met, unknown].T
+        cost = slope[self._cost, unknown]
         return float(np.abs(cost - forces @ np.linalg.lstsq(forces, cost, rcond=None)[0]).max())
 
 
@@ -302,14 +307,16 @@ def fitted_loop(
     Raises InfeasibleLoop when no loop fits; it names the limits and, where they are to be looked for, spacings or a
     diameter that fit, or a length.
     """
-    free, radius = replace(wanted, length=None), wanted.radius
+    free = replace(wanted, length=None)
+    radius = wanted.radius
     room, optimum, reason = start = _of_spacings(free, settings)
     if optimum is None and not look_for_nearest:
         raise room.refusal("no loop fits", reason, "", room.share)
     if optimum is None:
         side = (1 + 0.5 * wanted.clearance) * 2 * radius
         bound = min(wanted.course / ABREAST[0], wanted.wale / ABREAST[1]) / side
-        ways, nearest = (2 * radius * min(share, 1.0) for share in (max(room.share, bound), room.share)), ""
+        ways = (2 * radius * min(share, 1.0) for share in (max(room.share, bound), room.share))
+        nearest = ""
         thinner = _nearest(
             lambda trial: _of_spacings(replace(free, radius=0.5 * trial), settings), 0.0, *ways
         )
@@ -352,7 +359,8 @@ def _nearest(end_of: Callable[[float], _End], free: float, way: float, less: flo
             return trial
         # A path that ends where it begins, or at its end, does not say how far there is room.
         shorter = room.share if RETREAT < room.share < 1 - RETREAT else shorter
-        way, less = max(way * shorter, less), 0.0
+        way = max(way * shorter, less)
+        less = 0.0
     return None
 
 
@@ -377,7 +385,8 @@ def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
 
 def _of_length(room: Room, length: float) -> _End:
     """Return the end of the path from a loop of free length to one of another length [radii]."""
-    own, asked = room.unit.length, float(f"{length:.12g}")
+    own = room.unit.length
+    asked = float(f"{length:.12g}")
     path = Path(asked, (1.0, 0.0), (own, asked - own))
     return _follow_path(Room(room.unit, path, 0.0, room.settings, room.crossing))
 
@@ -393,8 +402,13 @@ def _follow_path(room: Room) -> _End:
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
     the stride.
     """
-    best, before = room, room.cost.terms(room.unit.control_points)
-    iterations, stride, idle, back, reason = 0, STRIDE, 0, False, ""
+    best = room
+    before = room.cost.terms(room.unit.control_points)
+    iterations = 0
+    stride = STRIDE
+    idle = 0
+    back = False
+    reason = ""
     patience = 1 if room.unit.stitches == PLAIN else MIXED_PATIENCE
     for _ in range(ROUNDS):
         reach = stride * room.path.rest
@@ -402,18 +416,25 @@ def _follow_path(room: Room) -> _End:
             result = room.minimise(reach)
             following = room.moved(result.x)
         except GeometryError as error:
-            reason, stride = _plain(error), 0.25 * stride
+            reason = _plain(error)
+            stride = 0.25 * stride
             if stride < SMALLEST_STRIDE:
                 if room.missing <= EXACT or back:
                     break
                 # Out of a loop whose yarns overlap no way leads: on from the last that has room, more carefully.
-                room, stride, back = best, 0.25 * STRIDE, True
+                room = best
+                stride = 0.25 * STRIDE
+                back = True
             continue
         iterations += result.nit
-        gradient, moved, there = room.stationary(result.x), np.abs(result.x[:-1]).max(), room.at_end
-        room, stride = following, min(STRIDE, 2 * stride)
+        gradient = room.stationary(result.x)
+        moved = np.abs(result.x[:-1]).max()
+        there = room.at_end
+        room = following
+        stride = min(STRIDE, 2 * stride)
         idle = idle + 1 if moved < IDLE * room.path.rest else 0
-        exact, gain = room.missing <= EXACT, room.share - (best.share if best.missing <= EXACT else -1.0)
+        exact = room.missing <= EXACT
+        gain = room.share - (best.share if best.missing <= EXACT else -1.0)
         settled = idle or (moved < 0.99 * reach and (result.status == 0 or gradient < STATIONARY))
         if exact and there and settled:
             points = room.unit.control_points

@@ -225,7 +225,8 @@ def _at_length(drawn: Loop, ratio: float, settings: Geometry) -> tuple[Loop, Loo
             f"no wale spacing within a factor of {WIDEST:g} of the drawn one keeps the drawn length of "
             f"{length:.4e} m: take a pattern.course_ratio nearer to 1"
         )
-    across, slope = brentq(excess, *bounds, xtol=1e-6), FIRST_SLOPE
+    across = brentq(excess, *bounds, xtol=1e-6)
+    slope = FIRST_SLOPE
     before = step = 0.0
     for _ in range(MOST_OPTIMISATIONS):
         initial = _stretched(drawn, across, ratio)
@@ -235,7 +236,8 @@ def _at_length(drawn: Loop, ratio: float, settings: Geometry) -> tuple[Loop, Loo
             return initial, loop, optimum
         if step:
             slope = (error - before) / step or FIRST_SLOPE
-        step, before = -error / slope, error
+        step = -error / slope
+        before = error
         across += step
     raise GeometryError(
         f"the yarn in a loop misses the drawn length of {length:.4e} m by {error:.1e} of it, allowed is "

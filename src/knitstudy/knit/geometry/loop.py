@@ -36,7 +36,8 @@ class Loop:
     def __post_init__(self) -> None:
         object.__setattr__(self, "control_points", np.array(self.control_points, dtype=float))
         self.control_points.setflags(write=False)
-        count, loops = len(self.control_points), sides(self.stitches).size
+        count = len(self.control_points)
+        loops = sides(self.stitches).size
         if count % loops:
             raise GeometryError(f"pattern.control_points: {count} points cannot describe {loops} loops")
         _ = self.curve  # the control points are checked where they become a curve
@@ -163,7 +164,8 @@ class LoopTarget:
         """
         diameter = min(max(2 * self.radius, THIN * self.tight), self.tight)
         t = np.linspace(0, 2 * np.pi, DRAWN_SAMPLES + 1)
-        height, depth = self.course + OVERLAP * diameter, HEIGHT * diameter * self.deep
+        height = self.course + OVERLAP * diameter
+        depth = HEIGHT * diameter * self.deep
 
         def curve(bulge: float) -> tuple[Floats, Floats]:
             x = self.wale * (t / (2 * np.pi) + bulge * np.sin(2 * t))

@@ -95,7 +95,8 @@ def check_yarns(metrics: LoopMetrics, loop: Loop, tolerance: float) -> None:
             f"yarn.diameter = {2 * loop.radius} m: the loop's smallest radius of curvature is "
             f"{metrics.radius_of_curvature:.4e} m, and the yarn's radius must be below it or the yarn folds"
         )
-    gap, allowed = metrics.gap / loop.radius, -tolerance
+    gap = metrics.gap / loop.radius
+    allowed = -tolerance
     if gap < allowed or metrics.other_gap < 0:
         raise GeometryError(
             f"yarns overlap after the optimisation: the smallest gap is {gap:.4f} radii (allowed {allowed:g}) "
@@ -119,7 +120,8 @@ def approaches(loop: Loop, reach: float = REACH, samples: int = APPROACH_SAMPLES
     width = 2 / samples
     minima = []
     for row, above in np.ndindex(loop.rows, rows + 1):
-        curve, other = curves[row], loop.image(row + above)
+        curve = curves[row]
+        other = loop.image(row + above)
         start = _local_minima(curve, other, above == 0, reach * loop.radius, samples, np.pi * loop.radius)
         near = refine(curve, other, start, start[..., None] + [-width, width])
         columns = [np.full((len(start), 2), (row, above)), near.parameter, near.distance]

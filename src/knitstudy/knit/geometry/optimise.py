@@ -172,12 +172,14 @@ def squared_join_curvature(cosine: Floats, sigma: Floats) -> tuple[Floats, Float
     0.0
     """
     # theta > pi/4: (2/sigma)^2 cos^2(theta/2) = (2/sigma^2)(1 + cos(theta)), smooth where it is straight too.
-    square, derivative = 2 * (1 - cosine) / sigma**2, -2 / sigma**2
+    square = 2 * (1 - cosine) / sigma**2
+    derivative = -2 / sigma**2
     sharp = cosine < -np.cos(np.pi / 4)
     if sharp.any():
         s = sigma[sharp]
         theta = np.arccos(np.clip(-cosine[sharp], -1, 1 - 1e-12))  # a folded polygon costs much, not infinity
-        tau, rho = 2 / s * np.cos(np.pi / 8), -np.sin(np.pi / 8) / s
+        tau = 2 / s * np.cos(np.pi / 8)
+        rho = -np.sin(np.pi / 8) / s
         k_join = -((np.pi / 4) ** 2) * rho / theta + tau + np.pi / 4 * rho
         square[sharp] = k_join**2
         derivative[sharp] = 2 * k_join * (np.pi / 4) ** 2 * rho / theta**2 / np.sin(theta)
@@ -248,7 +250,8 @@ def minimise(cost: CostFunction, points: Floats, motions: Floats) -> Optimum:
 
     for share in CONTINUATION:
         result = minimize(function, q, args=(share,), jac=True, method="BFGS", options=QUASI_NEWTON)
-        q, iterations = result.x, iterations + result.nit
+        q = result.x
+        iterations = iterations + result.nit
     q, gradient = _polish(function, q)
     if gradient > GRADIENT_TOLERANCE:
         raise GeometryError(

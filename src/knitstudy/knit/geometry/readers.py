@@ -113,7 +113,8 @@ def read_texgen(path: Path) -> Fabric:
     except (ElementTree.ParseError, ArithmeticError, LookupError, ValueError):
         fact = "holds no yarns of TexGen, each of one section with a width and a height"
         raise DataFileError(f"{path}: {fact}; save it with standard or full output") from None
-    points, periods = table.groupby("yarn")[list(table.columns[1:4])], np.array(sorted(repeats, reverse=True))
+    points = table.groupby("yarn")[list(table.columns[1:4])]
+    periods = np.array(sorted(repeats, reverse=True))
     along_axes = periods.shape == (2, 3) and np.allclose(periods, periods * np.eye(2, 3))
     if along_axes and np.allclose(points.last() - points.first(), periods[0]):
         return _fabric_of_table(path, table, periods)
@@ -198,7 +199,8 @@ def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = N
         along, up = periods = scale * periods
         rows = [Centreline(CatmullRom(point[:-1], along), 1) for point in points]
         image = Centreline(CatmullRom(points[0][:-1] + up, along), 1, rows[0])
-        size, copy_of = along + up + [0, 0, 2 * radius[0]], np.append(np.arange(len(rows)), 0)
+        size = along + up + [0, 0, 2 * radius[0]]
+        copy_of = np.append(np.arange(len(rows)), 0)
         shift = np.append(np.zeros((len(rows), 3)), [up], axis=0)
         more = {"specimen": "cell", "periods": periods, "cell": size[:2]}
         fabric = of_curves([*rows, image], float(radius[0]), 0.0, size, copy_of, shift, **more)
@@ -224,8 +226,10 @@ def read_machine_knit(path: Path) -> Fabric:
     stitches, wale = repeat.stitches, repeat.wale_spacing
     if wale is None:
         raise ConfigurationError(f"{path}: names no ;;Gauge:, needles per inch, which gives the wale spacing")
-    course, diameter = wale * TIGHT[0] / TIGHT[1], OF_TIGHT * wale / TIGHT[1]
-    target, size = LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches), size_of_repeat(stitches)
+    course = wale * TIGHT[0] / TIGHT[1]
+    diameter = OF_TIGHT * wale / TIGHT[1]
+    target = LoopTarget(course, wale, 0.5 * diameter, 0.0, None, stitches)
+    size = size_of_repeat(stitches)
     if is_plain(stitches):
         return endless_cell(target.drawn(), *size)
     return endless_cell_of_stitches(target, *size)

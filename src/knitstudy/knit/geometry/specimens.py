@@ -35,7 +35,8 @@ def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:
     )
     knit = replace(knit, crossings=_by_cells(knit.crossings, loop, loops, rows))
     bottom, top = sinker_arcs(knit), head_arcs(knit)
-    every, ends = np.arange(rows + 1), np.array([[curve.length] * 2 for curve in knit.centrelines])
+    every = np.arange(rows + 1)
+    ends = np.array([[curve.length] * 2 for curve in knit.centrelines])
     grips = {
         "course": (Grip(every, np.zeros_like(ends)), Grip(every, ends)),
         "wale": (Grip(np.zeros(len(bottom), dtype=int), bottom), Grip(np.full(len(top), rows), top)),
@@ -52,10 +53,13 @@ def knit_of_rows(
     **more: Any,
 ) -> Fabric:
     """Return ``rows`` interlock rows of ``loops`` loops, which are ``rows`` + 1 whole yarns; `more` as of `Fabric`."""
-    every, height, repeats = np.arange(rows + 1), len(curves), loops // columns
+    every = np.arange(rows + 1)
+    height = len(curves)
+    repeats = loops // columns
     wale, course, rise = drawn.wale_spacing, drawn.course_spacing, drawn.rise
     first = [Centreline(curve, repeats) for curve in curves]
-    lines, copy_of = first[: rows + 1], every % height
+    lines = first[: rows + 1]
+    copy_of = every % height
     for row in every[height:].tolist():
         like = first[copy_of[row]]
         moved = like.curve.control_points + row // height * (height * rise)
@@ -118,7 +122,8 @@ def sinker_arcs(knit: Fabric) -> Floats:
     From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
     ends, which lie in the middles of sinkers.
     """
-    places, length = _places_of_loops(knit, 0), knit.centrelines[0].length
+    places = _places_of_loops(knit, 0)
+    length = knit.centrelines[0].length
     return np.column_stack([np.append(0.0, places[:, 7]), np.append(places[:, 0], length)])
 
 
@@ -147,7 +152,8 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     """
     knit = plain_knit(loop, loops, rows)
     # The first and the last yarn are copies of each other.
-    legs, whole = middles_of_legs(knit), np.array([curve.length for curve in knit.centrelines])
+    legs = middles_of_legs(knit)
+    whole = np.array([curve.length for curve in knit.centrelines])
     sinkers = np.column_stack([np.append(0.0, legs[:, 1]), np.append(legs[:, 0], whole[0])])
     counts = [len(legs), *[1] * (rows - 1), len(sinkers)]
     yarn = np.repeat(np.arange(rows + 1), counts)
@@ -155,7 +161,8 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
     arc = np.concatenate([legs, inner, sinkers])
     cells = pieces_of(knit, Arcs(np.arange(len(knit.crossings)), yarn, arc))
     lengths = arc[:, 1] - arc[:, 0]
-    first, last = arc[:, 0] == 0, arc[:, 1] == whole[yarn]
+    first = arc[:, 0] == 0
+    last = arc[:, 1] == whole[yarn]
 
     def ends(begins: Bools, finishes: Bools) -> Grip:
         yarns = np.flatnonzero(begins), np.flatnonzero(finishes)
@@ -163,7 +170,8 @@ def cut_cells(loop: Loop, loops: int, rows: int) -> Fabric:
         return Grip(np.concatenate(yarns), np.column_stack([at, at]))
 
     none = np.zeros(len(yarn), dtype=bool)
-    lowest, highest = yarn == 0, yarn == rows
+    lowest = yarn == 0
+    highest = yarn == rows
     grips = {
         "course": (ends(first, none), ends(none, last)),
         "wale": (ends(lowest & ~first, lowest & ~last), ends(highest & ~first, highest & ~last)),
@@ -199,7 +207,8 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
     >>> len(fabric.centrelines), len(fabric.crossings.yarn)
     (2, 1)
     """
-    turn, half = np.radians(angle), 0.5 * (2 + clearance) * radius
+    turn = np.radians(angle)
+    half = 0.5 * (2 + clearance) * radius
     along = np.array([[1.0, 0.0, 0.0], [np.cos(turn), np.sin(turn), 0.0]])
     middles = np.array([[0.0, 0.0, -half], [0.0, 0.0, half]])
     share = np.arange(4)[:, None] / 4 - 0.5
@@ -207,7 +216,8 @@ def yarn_pair(radius: float, angle: float, length: float, clearance: float = 0.0
         Centreline(CatmullRom(middle + share * length * way, length * way), 1)
         for middle, way in zip(middles, along, strict=True)
     ]
-    ends, all_of_it = np.array([[0.0, 0.0], [length, length]]), np.array([[0.0, length]])
+    ends = np.array([[0.0, 0.0], [length, length]])
+    all_of_it = np.array([[0.0, length]])
     lower, upper = np.zeros(2, dtype=int), np.ones(2, dtype=int)
     up = np.array([0.0, 0.0, 1.0])
     return of_curves(

@@ -183,7 +183,8 @@ class Centreline:
     def part(self, start: float, end: float) -> Centreline:
         """Return the yarn between two arc lengths [m] of this yarn, with arc lengths of its own."""
         part = copy(self)
-        part.start, part.length = self.start + start, end - start
+        part.start = self.start + start
+        part.length = end - start
         return part
 
     @property
@@ -249,7 +250,8 @@ class _Lengths:
             error = self._partial(speed, t) - rest
             if np.abs(error).max(initial=0.0) <= 1e-14 * length:
                 break
-            low, high = np.where(error < 0, t, low), np.where(error > 0, t, high)
+            low = np.where(error < 0, t, low)
+            high = np.where(error > 0, t, high)
             newton = t - error / np.sqrt(polyval(t, np.moveaxis(speed, -1, 0), tensor=False))
             t = np.where((newton < low) | (newton > high), 0.5 * (low + high), newton)
         self._last = s.copy(), segment + t

@@ -65,13 +65,16 @@ def stitches_of(rows: Sequence[str]) -> list[list[Stitch]]:
         fact = f"pattern.stitches is {list(rows)}: needle {idle} never knits"
         raise GeometryError(f"{fact}: allowed is K or P in a row of every column")
     letters = [stitches_of_row(row) for row in rows]
-    count, columns = len(rows), len(letters[0])
+    count = len(rows)
+    columns = len(letters[0])
     every: list[list[Stitch]] = []
     # By row and column of the stitch that is drawn through them
     stacks: dict[tuple[int, int], list[tuple[float, int, int, int]]] = {}
     for (row, column), (up, moved) in ways_to_next(rows).items():
-        letter, marks = letters[row][column][0], letters[row][column][1:]
-        kind, above = STITCHES.find(letter), ((row + up) % count, (column + moved) % columns)
+        letter = letters[row][column][0]
+        marks = letters[row][column][1:]
+        kind = STITCHES.find(letter)
+        above = ((row + up) % count, (column + moved) % columns)
         side = float(STITCHES.find(letters[above[0]][above[1]][0]).side)
         aside = (1.0 if MARKS[marks[0]][1] else -1.0) if marks else 0.0
         if kind.has_head:
@@ -102,7 +105,8 @@ class Drawing:
 
     def row(self, row: Sequence[Stitch]) -> Floats:
         """Return the control points (n, 3) of a row of stitches, from the sinker before the first one on."""
-        parts, before = [], row[-1]
+        parts = []
+        before = row[-1]
         legs = self.plain[len(self.plain) // 4, 1] + 1e-9 * np.ptp(self.plain[:, 1])  # their middles
         for column, stitch in enumerate(row):
             points = (STITCHES.find(stitch.letter).draw or DRAWN.get(stitch.letter, loop))(self, stitch)
@@ -127,8 +131,11 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> Floats:
     """Return the points (n, 3) of a loop or a tuck that is drawn to the front."""
     plain = drawing.plain
     quarter = len(plain) // 4
-    foot, leg, head = plain[:quarter], plain[quarter], plain[quarter + 1 : 3 * quarter]
-    other_leg, other_foot = plain[3 * quarter], plain[3 * quarter + 1 :]
+    foot = plain[:quarter]
+    leg = plain[quarter]
+    head = plain[quarter + 1 : 3 * quarter]
+    other_leg = plain[3 * quarter]
+    other_foot = plain[3 * quarter + 1 :]
     middle = plain[2 * quarter, 0]
     if stitch.place:
         behind = [0, 0, stitch.place * drawing.behind]
@@ -139,7 +146,8 @@ def loop(drawing: Drawing, stitch: Stitch, tuck: bool = False) -> Floats:
     if tuck:  # no loop below it: it comes from the sinkers straight to its head
         shares = np.arange(quarter)[:, None] / quarter
         end = plain[0] + [2 * middle, 0, 0]
-        foot, other_foot = plain[0] + shares * (leg - plain[0]), other_leg + shares[1:] * (end - other_leg)
+        foot = plain[0] + shares * (leg - plain[0])
+        other_foot = other_leg + shares[1:] * (end - other_leg)
     up = np.array([0.0, stitch.held * drawing.rise, 0.0])
     steps = np.linspace(0, 1, 2 * stitch.held + 1)[:, None]
     return np.concatenate([foot, leg + steps * up, head + up, other_leg + steps[::-1] * up, other_foot])
@@ -166,13 +174,16 @@ def endless_cell_of_stitches(
     The yarn after a row with an inlay is the inlay, along the middle of the row and of the fabric.
     Raises GeometryError where a needle never knits, where no loop is drawn that long, or as `_require_room`.
     """
-    letters, plain = wanted.stitches, replace(wanted, stitches=PLAIN, deep=1.0 + any(inlaid))
+    letters = wanted.stitches
+    plain = replace(wanted, stitches=PLAIN, deep=1.0 + any(inlaid))
     stitches = stitches_of(letters)
     columns = len(stitches[0])
     depth = 1 + max(stitch.place for row in stitches for stitch in row)
     drawn = plain.drawn(wanted.length)
-    along, up = np.array([wanted.wale, 0, 0]), np.array([0, wanted.course, 0])
-    points, diameter = drawn.control_points * [1, 1, depth], 2 * wanted.radius
+    along = np.array([wanted.wale, 0, 0])
+    up = np.array([0, wanted.course, 0])
+    points = drawn.control_points * [1, 1, depth]
+    diameter = 2 * wanted.radius
     drawing = Drawing(points, wanted.wale, wanted.course, depth * diameter, BEHIND * diameter / depth)
     repeat = lcm(len(stitches), len(inlaid))
     knitted = [
@@ -211,7 +222,9 @@ def _require_room(
     Raises GeometryError where it passes loops of a wale on both sides, or of all wales on one, or is nearer than it may
     be.
     """
-    wales, level, near = len(wanted.stitches[0]), number * wanted.course, np.inf
+    wales = len(wanted.stitches[0])
+    level = number * wanted.course
+    near = np.inf
     front, every = np.zeros(wales), np.zeros(wales)
     for row in rows:
         x, y, z = row.value(np.linspace(0, row.period, SAMPLES * row.period + 1)).T

@@ -68,7 +68,8 @@ def drawn_from_plain(plain: Floats, wale: float, course: float, stitches: Sequen
     holds its head. Where the two differ the leg crosses the plane, and a sinker does between stitches of a row that do.
     """
     own = sides(stitches)
-    above, before = np.roll(own, -1, axis=0), np.roll(own, 1, axis=1)
+    above = np.roll(own, -1, axis=0)
+    before = np.roll(own, 1, axis=1)
     count = len(plain)
     quarter = count // 4
     k = np.arange(count)

@@ -47,7 +47,8 @@ class Symmetry:
 
         The first place lies in the first repeat, on the lower row, or to the left if both lie on one row.
         """
-        row, u = self.row(row), self.sign[0] * u + self.by
+        row = self.row(row)
+        u = self.sign[0] * u + self.by
         swap = (row[:, 0] > row[:, 1]) | ((row[:, 0] == row[:, 1]) & (u[:, 0] > u[:, 1]))
         row, u = (np.where(swap[:, None], pair[:, ::-1], pair) for pair in (row, u))
         row = row - self.rows * (row[:, :1] // self.rows)
@@ -65,7 +66,8 @@ def symmetries(loop: Loop) -> list[Symmetry]:
     period = count * loop.columns
     row, k = np.divmod(np.arange(len(points)), period)
     half = count // 2 if count % 4 == 0 else count  # without a point in the middle of a leg nothing is turned
-    group, misses = [], {}
+    group = []
+    misses = {}
     for *sign, by, up in product((1, -1), (1, -1), (1, -1), range(0, period, half), range(loop.rows)):
         if (sign[1] < 0) != (by % count > 0):
             continue  # heads become sinkers where the knit is turned upside down, and only there

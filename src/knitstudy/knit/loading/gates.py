@@ -114,7 +114,8 @@ def require_hard_contact(increment: Increment, recorder: Recorder, limit: float,
     softly, and the work of the leg, as friction resists each.
     Raises ConvergenceError if the share exceeds a limit, and names the keys of the stiffness of contact.
     """
-    stored, columns = increment.response.energy.get("numerical", 0.0), recorder.columns
+    stored = increment.response.energy.get("numerical", 0.0)
+    columns = recorder.columns
     corners = np.array([0.0, *recorder.motion.corners])
     leg = int(np.argmin(np.abs(corners - increment.load)))
     if not stored or not leg or abs(corners[leg] - increment.load) > ROUNDING:
@@ -350,7 +351,8 @@ def require_apart(overlap: float, index: int, limit: float, remedy: str = LESS) 
 
 def path_work(recorder: Recorder) -> float:
     """Return the largest external work so far, and the work that the force will do on the rest of the path [J]."""
-    columns, way = recorder.columns, recorder.motion.way
+    columns = recorder.columns
+    way = recorder.motion.way
     done = max(abs(energy[0]) for energy in columns["energy"])
     left = way(columns["load"][-1], 1.0)
     if len(columns["load"]) < 2 or left == 0.0:

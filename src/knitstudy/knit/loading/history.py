@@ -69,7 +69,8 @@ def load_path(scene: Scene, specimen: Fabric) -> Motion:
         corners = tuple((np.arange(len(legs)) + 1) / len(legs))
         return Motion(legs, corners, (), axis=2, length=float(specimen.size[2]))
     axis = DIRECTIONS.index(scene.value("load.direction"))
-    length, strain = float(specimen.size[axis]), scene.load.strain
+    length = float(specimen.size[axis])
+    strain = scene.load.strain
     stops = tuple(stop / strain for stop in scene.load.stops)
     return Motion(strain * length * np.eye(3)[[axis]], (1.0,), stops, axis, length)
 
@@ -122,7 +123,8 @@ class Meter:
             self.has_own_peak = _peak_since() > 0
         except OSError:
             self.has_own_peak = False
-        self._started, self._most = _times(), (0.0, 0.0)
+        self._started = _times()
+        self._most = (0.0, 0.0)
 
     @contextmanager
     def paused(self) -> Iterator[None]:
@@ -206,7 +208,8 @@ class Recorder:
     ) -> None:
         """Append a converged increment and the columns of the observer; DataFileError if `HISTORY` has no such name."""
         reaction = np.array([increment.response.force[self.driven[:, i]].sum() for i in range(3)])
-        displacement, axis = self.motion.at(increment.load), self.motion.axis
+        displacement = self.motion.at(increment.load)
+        axis = self.motion.axis
         row = {
             "load": increment.load,
             "strain": displacement[axis] / self.motion.length,

@@ -51,14 +51,18 @@ def largest_overlap(
     0.5
     """
     points, yarn, s = _fine(stations, places, float(np.min(radius)), length, vectors)
-    own, reach = np.broadcast_to(radius, int(yarn.max()) + 1)[yarn], 2 * float(np.max(radius))
-    tree, low, high = cKDTree(points), points.min(axis=0) - reach, points.max(axis=0) + reach
+    own = np.broadcast_to(radius, int(yarn.max()) + 1)[yarn]
+    reach = 2 * float(np.max(radius))
+    tree = cKDTree(points)
+    low = points.min(axis=0) - reach
+    high = points.max(axis=0) + reach
     nearest = 2.0
     for image in [(0, 0)] if vectors is None else IMAGES:
         moved = points if vectors is None else points + image @ vectors
         here = np.flatnonzero(((moved >= low) & (moved <= high)).all(axis=1))
         near = cKDTree(moved[here]).sparse_distance_matrix(tree, reach, output_type="ndarray")
-        one, other = here[near["i"]], near["j"]
+        one = here[near["i"]]
+        other = near["j"]
         along = s[one] - s[other] + (0 if length is None else image[0] * length[yarn[one]])
         beside = (yarn[one] == yarn[other]) & (image[1] == 0) & (np.abs(along) <= np.pi * own[one])
         mean = 0.5 * (own[one] + own[other])
@@ -77,9 +81,11 @@ def _fine(
     parts = []
     for number in range(int(stations.yarn.max()) + 1 if length is None else len(length)):
         here = stations.yarn == number
-        s, x = stations.arc_length[here], places[here]
+        s = stations.arc_length[here]
+        x = places[here]
         if length is not None and vectors is not None and s[-1] < (1 - 1e-9) * length[number]:
-            s, x = np.append(s, length[number]), np.concatenate([x, x[:1] + vectors[0]])
+            s = np.append(s, length[number])
+            x = np.concatenate([x, x[:1] + vectors[0]])
         fine = np.linspace(s[0], s[-1], 1 + int(np.ceil((s[-1] - s[0]) / (SPACING * radius))))
         parts.append((CubicSpline(s, x)(fine), np.full(len(fine), number), fine))
     points, yarns, s = (np.concatenate(values) for values in zip(*parts, strict=True))

@@ -57,7 +57,8 @@ class Progress:
         if now - self._written < self.every and done < 1:
             return
         self._written = now
-        elapsed, share = now - self._started, (done - self._initial) / (1 - self._initial or 1)
+        elapsed = now - self._started
+        share = (done - self._initial) / (1 - self._initial or 1)
         left = clock(elapsed * (1 / share - 1)) if share > 0 else "?"
         line = f"{100 * done:3.0f}% [{clock(elapsed)}<{left}]"
         for stream in self.streams:

@@ -130,7 +130,8 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
         If the restart file is damaged or belongs to another scene.
     """
     reuse_memory()
-    scene, place = problem.scene, problem.motion.place
+    scene = problem.scene
+    place = problem.motion.place
     most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
     pressed = scene.value("load.largest_pressure")
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
@@ -249,7 +250,8 @@ def _record(problem: Problem, recorder: Recorder, increment: Increment) -> None:
     columns, points = problem.observer.record(increment)
     if problem.scene.value("gates.overlap") is not None:
         places = problem.stations.position + columns["centreline_displacement"]
-        repeats, radius = problem.repeats, problem.scene.radius
+        repeats = problem.repeats
+        radius = problem.scene.radius
         lattice = () if repeats is None else (repeats.length, repeats.stretched(columns["cell_strain"]))
         columns["largest_overlap"] = largest_overlap(problem.stations, places, radius, *lattice)
     recorder.add(increment, columns, points)
@@ -428,7 +430,8 @@ def _value(hint: Any, data: dict[str, Floats], name: str) -> Any:
             **{field.name: _value(hints[field.name], data, f"{name}.{field.name}") for field in fields(hint)}
         )
     if get_origin(hint) is tuple:
-        count, kinds = int(data[f"{name}.length"]), get_args(hint)
+        count = int(data[f"{name}.length"])
+        kinds = get_args(hint)
         of_items = kinds[:1] * count if kinds[-1] is Ellipsis else kinds[:count]
         return tuple(_value(kind, data, f"{name}.{i}") for i, kind in enumerate(of_items))
     return hint(data[name]) if hint in _SCALARS else data[name]

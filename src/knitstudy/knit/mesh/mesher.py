@@ -55,7 +55,8 @@ def mesh_fabric(
     size *= radius
     # Refinement reaches further where yarns cross at a small angle
     grading = Grading(refinement, PATCH * radius / np.sin(np.radians(fabric.angle)), PATCH_RAMP * radius)
-    yarns, ends = range(len(curves)), fabric.grip_ends(load)
+    yarns = range(len(curves))
+    ends = fabric.grip_ends(load)
     targets = [Targets(*fabric.places(yarn)) for yarn in yarns]
     for yarn, here in ends.items():
         targets[yarn] = targets[yarn].without(here)
@@ -72,7 +73,8 @@ def crossing_spacing(
     fabric: Fabric, yarn: int, size: float, growth: float, grading: Grading = UNIFORM
 ) -> Spacing:
     """Return the spacing along a yarn: ``size`` [m] near all places where it or a copy of it is crossed."""
-    radius, period = fabric.radius, fabric.centrelines[yarn].length / fabric.repeats
+    radius = fabric.radius
+    period = fabric.centrelines[yarn].length / fabric.repeats
     stations = tuple(fabric.places_of_a_repeat(yarn).tolist())
     return Spacing(size, growth, stations, period, REACH * radius, RAMP * radius, grading)
 
@@ -94,8 +96,10 @@ def sampled_sections(fabric: Fabric) -> SweptMesh:
     Raises MeshError if a yarn bends tighter than its radius, or yarns overlap.
     """
     check_shape(fabric)
-    radius, size = fabric.radius, 2 * fabric.radius / ACROSS
-    section, swept = Section.for_size(2 * radius, size), {}
+    radius = fabric.radius
+    size = 2 * fabric.radius / ACROSS
+    section = Section.for_size(2 * radius, size)
+    swept = {}
     for yarn in np.unique(fabric.copy_of).tolist():
         spacing = crossing_spacing(fabric, yarn, size, GROWTH)
         swept[yarn] = sweep([fabric.centrelines[yarn]], section, radius, spacing, fabric.repeats)

@@ -42,7 +42,8 @@ class QuadraticSection:
     @classmethod
     def of(cls, section: Section) -> QuadraticSection:
         """Return a section, its ring moved to the unit circle, with the middles of its edges."""
-        points, ring = section.points.copy(), section.ring
+        points = section.points.copy()
+        ring = section.ring
         points[ring] /= np.linalg.norm(points[ring], axis=1, keepdims=True)
         pairs = np.sort(np.stack([section.quads, np.roll(section.quads, -1, axis=1)], axis=-1), axis=-1)
         edges, number = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
@@ -101,8 +102,11 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     section = QuadraticSection.of(mesh.section)
     disc = np.vstack([section.section.points, section.middles])
     q, a = section.section.size, section.ring_edges.size
-    whole, ring, ring_edges = len(disc), section.section.ring, q + section.ring_edges
-    slices, lower = np.arange(mesh.slices), mesh.lower_slices
+    whole = len(disc)
+    ring = section.section.ring
+    ring_edges = q + section.ring_edges
+    slices = np.arange(mesh.slices)
+    lower = mesh.lower_slices
     # Stations: a middle slice stands behind every slice but the last of a yarn.
     of_slice = 2 * slices - mesh.yarn_of_slice
     # Numbers (stations, q + m): a slice has all nodes, a middle slice corners, and face centres on the rim.
@@ -129,7 +133,8 @@ def quadratic_mesh(mesh: SweptMesh, curves: Sequence[Centreline]) -> QuadraticMe
     station = np.empty(len(nodes), dtype=np.int64)
     station[number[number >= 0]] = np.nonzero(number >= 0)[0]
     grid = number[:, np.stack([ring, ring_edges], axis=-1).ravel()]
-    quads, edges = section.section.quads, q + section.quad_edges
+    quads = section.section.quads
+    edges = q + section.quad_edges
     parts = [below[:, quads], above[:, quads], below[:, edges], above[:, edges], middle[:, quads]]
     elements = np.concatenate(parts, axis=-1).reshape(-1, 20).astype(np.int32)
     corner_nodes = number[of_slice, :q].ravel()

@@ -93,7 +93,8 @@ def check_overlap(curves: Sequence[Centreline], radius: float, tolerance: float 
     for low in range(0, len(points), AT_ONCE):
         part = slice(low, low + AT_ONCE)
         near = cKDTree(points[part]).sparse_distance_matrix(tree, allowed, output_type="ndarray")
-        first, second = low + near["i"], near["j"]
+        first = low + near["i"]
+        second = near["j"]
         apart = (yarn[first] != yarn[second]) | (np.abs(s[first] - s[second]) > np.pi * radius)
         if apart.any():
             at = np.flatnonzero(apart)[np.argmin(near["v"][apart])]

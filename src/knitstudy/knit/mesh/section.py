@@ -52,7 +52,8 @@ class Section:
         layers = _layers(core_points[boundary], rings)
         angles = 4 * core
         nodes = np.vstack([boundary, core_points.shape[0] + np.arange(rings * angles).reshape(rings, angles)])
-        inner, outer = nodes[:-1], nodes[1:]
+        inner = nodes[:-1]
+        outer = nodes[1:]
         ring_quads = np.stack([inner, outer, np.roll(outer, -1, axis=1), np.roll(inner, -1, axis=1)], axis=-1)
         points = np.vstack([core_points, layers.reshape(-1, 2)])
         quads = np.vstack([core_quads, ring_quads.reshape(-1, 4)])
@@ -200,7 +201,8 @@ def drawn(points: Floats, pull: Floats) -> Floats:
     [[[0.5, 0.0], [1.0, 0.0]]]
     """
     radius = np.linalg.norm(points, axis=-1).max()
-    z, a = (points @ [1, 1j])[None] / radius, (pull @ [1, 1j])[:, None]
+    z = (points @ [1, 1j])[None] / radius
+    a = (pull @ [1, 1j])[:, None]
     image = radius * (z + a) / (1 + a.conj() * z)
     still = np.broadcast_to(points, (*image.shape, 2))
     return np.where((a == 0)[..., None], still, np.stack([image.real, image.imag], axis=-1))
@@ -222,7 +224,8 @@ def drawn_angles(angles: Floats, pull: Floats) -> Floats:
     >>> drawn_angles(quarter, np.array([[0.5, 0.0]])).round(3).tolist()
     [[0.0, 0.644, 3.142]]
     """
-    z, a = np.exp(1j * angles), (pull @ [1, 1j])[:, None]
+    z = np.exp(1j * angles)
+    a = (pull @ [1, 1j])[:, None]
     return angles - 2 * np.angle(1 + a.conj() * z)  # |z| = 1: z + a = z conj(1 + conj(a) z)
 
 

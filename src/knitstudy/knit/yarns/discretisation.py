@@ -43,7 +43,8 @@ def project_on_tube(
     curve = centreline.curve
     u = np.array(guess, dtype=float)
     for _ in range(30):
-        gap, along = points - curve.value(u), curve.d1(u)
+        gap = points - curve.value(u)
+        along = curve.d1(u)
         square = np.einsum("ki,ki->k", along, along)
         slope = square - np.einsum("ki,ki->k", gap, curve.d2(u))
         move = np.einsum("ki,ki->k", gap, along) / np.maximum(slope, 0.1 * square)

@@ -72,14 +72,16 @@ def _continued(
     yarn = np.repeat(crossings.yarn[discs.crossing, side], places.shape[1])
     arc_length = np.repeat(crossings.arc_length[discs.crossing, side], places.shape[1])
     place = places.reshape(-1, 3)
-    outward, height = np.empty_like(place), np.empty(len(place))
+    outward = np.empty_like(place)
+    height = np.empty(len(place))
     for one in np.unique(yarn):
         here = yarn == one
         line = fabric.centrelines[one]
         u = project_on_tube(line, place[here], line.parameter(arc_length[here]))
         radial = place[here] - line.curve.value(u)
         far = np.linalg.norm(radial, axis=1)
-        outward[here], height[here] = radial / far[:, None], far - fabric.radius
+        outward[here] = radial / far[:, None]
+        height[here] = far - fabric.radius
     depth = discs.radius
     surface = place - height[:, None] * outward
     share = height / depth
@@ -155,9 +157,12 @@ class Ties:
     def constants(self) -> dict[str, Floats]:
         """Return whether crossings (K,) are tied, area [m2] and centroid [m] of ties, as variables of a history."""
         tied = np.zeros(self.crossings, dtype=np.int8)
-        area, centroid = np.full(self.crossings, np.nan), np.full((self.crossings, 3), np.nan)
+        area = np.full(self.crossings, np.nan)
+        centroid = np.full((self.crossings, 3), np.nan)
         at = self.discs.crossing
-        tied[at], area[at], centroid[at] = 1, np.pi * self.discs.radius**2, self.discs.centre
+        tied[at] = 1
+        area[at] = np.pi * self.discs.radius**2
+        centroid[at] = self.discs.centre
         return {"crossing_tied": tied, "tied_area": area, "tied_centroid": centroid}
 
     def attributes(self) -> dict[str, float]:
@@ -190,12 +195,14 @@ class Ties:
             dense = rows[:, nodes].toarray()
             allowed = np.isin(nodes, fixed, invert=True)
             order = np.flatnonzero(allowed)[qr(dense[:, allowed], mode="r", pivoting=True)[1]]
-            chosen, others = order[: len(dense)], np.setdiff1d(np.arange(len(nodes)), order[: len(dense)])
+            chosen = order[: len(dense)]
+            others = np.setdiff1d(np.arange(len(nodes)), order[: len(dense)])
             slaves.append(nodes[chosen])
             weight = -np.linalg.solve(dense[:, chosen], dense[:, others])
             sums += [(nodes[others], weights) for weights in weight]
         width = max((len(nodes) for nodes, _ in sums), default=0)
-        master, weight = np.zeros((len(sums), width), dtype=np.int64), np.zeros((len(sums), width))
+        master = np.zeros((len(sums), width), dtype=np.int64)
+        weight = np.zeros((len(sums), width))
         for place, (nodes, weights) in enumerate(sums):
             master[place, : len(nodes)], weight[place, : len(nodes)] = nodes, weights
         return Equations(np.concatenate([np.empty(0, dtype=np.int64), *slaves]), master, weight)

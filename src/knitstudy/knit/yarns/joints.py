@@ -111,10 +111,12 @@ def joint_points(fabric: Fabric, contacts: xr.Dataset, reading: str = MAIN) -> J
 
     Raises GeometryError if a contact has no partner on its side of the interlock.
     """
-    yarn, near = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
+    yarn = contacts["yarn"].to_numpy().astype(int)
+    near = contacts["arc_length"].to_numpy()
     centroid = contacts["centroid"].to_numpy()
     plane = contact_normal_planes(contacts, reading)
-    arc_length, point = np.empty(yarn.shape), np.empty((*yarn.shape, 3))
+    arc_length = np.empty(yarn.shape)
+    point = np.empty((*yarn.shape, 3))
     for number, line in enumerate(fabric.centrelines):
         on_yarn = yarn == number
         crossing = np.nonzero(on_yarn)[0]
@@ -129,7 +131,8 @@ def contact_normal_planes(contacts: xr.Dataset, reading: str = MAIN) -> Floats:
 
     They are nan where the contact normal lies along the line P1 P2.
     """
-    centroid, normal = contacts["centroid"].to_numpy(), contact_normals(contacts, reading)
+    centroid = contacts["centroid"].to_numpy()
+    normal = contact_normals(contacts, reading)
     line = centroid[partners(contacts)] - centroid
     across = np.cross(line / np.linalg.norm(line, axis=1, keepdims=True), normal)
     sine = np.linalg.norm(across, axis=1, keepdims=True)

@@ -231,7 +231,8 @@ def contacts_of(fabric: Fabric, contacts: xr.Dataset | None, tie: Tie | None = N
     """
     if contacts is None:
         return contacts_of_crossings(fabric, (tie or Tie()).radius)
-    crossings, count = fabric.crossings, contacts.sizes["crossing"]
+    crossings = fabric.crossings
+    count = contacts.sizes["crossing"]
     same = count == len(crossings.row) and all(
         np.array_equal(contacts[name], getattr(crossings, name)) for name in ("row", "column", "zone", "yarn")
     )
@@ -266,13 +267,15 @@ def spatial_network(
     """
     number = sum(centreline.length for centreline in fabric.centrelines) / (size * fabric.radius)
     require_memory(number * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {number:.2g} nodes", power=1)
-    joints, stops = joints or Joints.all_tied(len(contacts.yarn)), stops or {}
+    joints = joints or Joints.all_tied(len(contacts.yarn))
+    stops = stops or {}
     pieces = []
     for yarn_number, line in enumerate(fabric.centrelines):
         inner = np.append(contacts.arc_length[contacts.yarn == yarn_number], stops.get(yarn_number, ()))
         pieces.append(_divide(inner, line.length, size * fabric.radius, yarn_number))
     count = np.array([len(s) for s in pieces])
-    yarn, arc_length = np.repeat(np.arange(len(count)), count), np.concatenate(pieces)
+    yarn = np.repeat(np.arange(len(count)), count)
+    arc_length = np.concatenate(pieces)
     position = np.concatenate([c.position(s) for c, s in zip(fabric.centrelines, pieces, strict=True)])
     stations = Stations(yarn, arc_length, position)
     station = stations.nearest(contacts.yarn, contacts.arc_length)  # points C are stops of the division
@@ -313,7 +316,8 @@ def _polygon(fabric: Fabric, pieces: list[Floats]) -> float:
         size = np.diff(s)
         inside = s[:-1, None] + size[:, None] * 0.5 * (1 + place)
         angle = size * (line.curvature(inside.ravel()).reshape(inside.shape) @ (0.5 * weight))
-        turned, length = turned + float(size @ angle**2), length + float(size.sum())
+        turned = turned + float(size @ angle**2)
+        length = length + float(size.sum())
     return RING * turned / length
 
 

@@ -82,7 +82,8 @@ class SolidYarns:
 
     def attributes(self) -> dict[str, float]:
         """Return the attributes of a history for ties and contact."""
-        attributes, contact = self.ties.attributes(), self.model.contact
+        attributes = self.ties.attributes()
+        contact = self.model.contact
         if contact is not None:
             limit = self.model.penetration.limit
             attributes |= {"facets_around": int(contact.surfaces.cells[0, 1]), **contact.law.attributes()}
@@ -100,7 +101,9 @@ class SolidYarns:
         internal force equals the force of the interactions; grips are left out. Moments are about the mean of the
         yarn's stations.
         """
-        parts, mesh, node_force = self.parts, self.parts.mesh, increment.response.node_force
+        parts = self.parts
+        mesh = self.parts.mesh
+        node_force = increment.response.node_force
         assert node_force is not None  # of solids
         columns, points = self.columns(increment.state)
         force = node_force.copy()
@@ -122,7 +125,9 @@ class SolidYarns:
         moved = self.model.node_displacement(state)
         displacement = parts.sampled(moved)
         force = self.ties.resultants(moved)
-        touching, points, contact = {}, {}, self.model.contact
+        touching = {}
+        points = {}
+        contact = self.model.contact
         if contact is not None:
             near = self.model.contact_points(state)
             points = touching_points(contact, near, facets, parts.rings)
@@ -168,7 +173,8 @@ def assemble(
     retained = np.arange(len(parts.nodes))
     if parts.dependence is not None:
         spread, retained = transformation(parts.dependence)
-    stabilisation, viscosity = None, scene.value("solver.stabilisation")
+    stabilisation = None
+    viscosity = scene.value("solver.stabilisation")
     if viscosity:
         own = volume if spread is None else spread.T @ volume
         stabilisation = Stabilisation.of(viscosity, scene.yarn.youngs_modulus, parts.size, own)
@@ -243,7 +249,8 @@ def _prescribed(yarns: SolidYarns, motion: Motion, lateral: str) -> tuple[Prescr
     ends, unity = yarns.parts.ends, yarns.parts.unity
     held, driven = (3 * yarns.unknown[nodes][:, None] + np.arange(3) for nodes in (ends.held, ends.driven))
     axes = range(3) if lateral == "fixed" else [motion.axis]
-    components, moved = driven[:, axes], motion.displacement[:, axes]
+    components = driven[:, axes]
+    moved = motion.displacement[:, axes]
     fixed = np.concatenate([held.ravel(), components.ravel()])
     value = np.zeros((len(moved), len(fixed)))
     value[:, held.size :] = (unity[ends.driven][:, None] * moved[:, None]).reshape(len(moved), -1)

@@ -211,11 +211,14 @@ def stiffness(elements: Elements, now: Deformation) -> Floats:
 
     Off equilibrium the part of the spins is not symmetric: a spin does not commute with the next.
     """
-    e, Th, h = hat(now.e), now.Th, now.halfway
+    e = hat(now.e)
+    Th = now.Th
+    h = now.halfway
     turn = np.zeros((len(e), 6, 6))
     turn[:, :3, :3] = turn[:, 3:, 3:] = now.Rm
     law = turn @ (elements.law / elements.length[:, None, None]) @ turn.swapaxes(1, 2)
-    A, C_m = law[:, :3, :3], law[:, 3:, 3:]
+    A = law[:, :3, :3]
+    C_m = law[:, 3:, 3:]
     H = h.H(Th)
     n_D = law[:, :3, 3:] @ H
     m_E = n_D.swapaxes(1, 2)  # H C_nm^T
@@ -230,8 +233,11 @@ def stiffness(elements: Elements, now: Deformation) -> Floats:
     K = np.empty((len(e), 4, 3, 4, 3))
     K[:, 0, :, 0] = K[:, 2, :, 2] = A
     K[:, 0, :, 2] = K[:, 2, :, 0] = -A
-    half_B, over_D, half_f_S = 0.5 * B, B @ Y + n_D, 0.5 * f_S
-    quarter_Q, half_q_D = 0.25 * Q, 0.5 * (Q @ Y - e @ n_D)
+    half_B = 0.5 * B
+    over_D = B @ Y + n_D
+    half_f_S = 0.5 * f_S
+    quarter_Q = 0.25 * Q
+    half_q_D = 0.5 * (Q @ Y - e @ n_D)
     for spin, sign in _SPINS:
         n_w = half_B + sign * over_D
         K[:, 2, :, spin] = n_w
@@ -328,8 +334,10 @@ class LineHistory(Chosen):
     @classmethod
     def none(cls) -> LineHistory:
         """Return the history of yarns that have not touched."""
-        one, both = np.zeros(0), np.zeros((0, 2, 3))
-        key, square = np.zeros(0, dtype=np.int64), np.zeros((0, 2, 3, 3))
+        one = np.zeros(0)
+        both = np.zeros((0, 2, 3))
+        key = np.zeros(0, dtype=np.int64)
+        square = np.zeros((0, 2, 3, 3))
         return cls(key, both, both, one, one, one, one, one, one, square, one, both, both, one)
 
 

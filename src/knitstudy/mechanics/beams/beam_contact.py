@@ -23,7 +23,8 @@ from knitstudy.mechanics.beams.pair_search import PointPairs
 from knitstudy.mechanics.model import Response
 from knitstudy.mechanics.rotation import hat
 
-NO_LATTICE, NO_MOVES = np.zeros((2, 3)), np.zeros((2, 3, 3))
+NO_LATTICE = np.zeros((2, 3))
+NO_MOVES = np.zeros((2, 3, 3))
 
 
 class BeamContact:
@@ -58,7 +59,8 @@ class BeamContact:
 
     def start(self, state: BeamState) -> BeamContactHistory:
         """Return the history of yarns that have not moved yet."""
-        points, count = self.at_points(state), len(self.yarn)
+        points = self.at_points(state)
+        count = len(self.yarn)
         return BeamContactHistory(
             points=self.line.commit(points, NO_LATTICE, LineHistory.none()),
             on_stations=np.zeros((len(self.node), 3)),
@@ -85,7 +87,8 @@ class BeamContact:
     def motion(self, state: BeamState, other: BeamState) -> float:
         """Return the largest change of the ways between points that are near each other in a state [m]."""
         before = self.at_points(state)
-        near, way = self._near(before), self.at_points(other).position - before.position
+        near = self._near(before)
+        way = self.at_points(other).position - before.position
         return float(np.linalg.norm(way[near.j] - way[near.i], axis=1).max(initial=0.0))
 
     def _near(self, points: BeamState) -> PointPairs:
@@ -119,14 +122,16 @@ class BeamContact:
 
     def _about_nodes(self, tangent: sp.bsr_matrix, force: Floats, arm: Floats, count: int) -> sp.bsr_matrix:
         """Return a tangent over stations, on which forces (S, 6) act, over the motion of nodes that carry them."""
-        lever, rows = hat(arm), np.arange(2 * len(arm) + 1)
+        lever = hat(arm)
+        rows = np.arange(2 * len(arm) + 1)
         motion = np.tile(np.eye(6), (len(arm), 1, 1))
         motion[:, :3, 3:] = -lever
         # The lattice does not follow any node.
         blocks = motion.reshape(-1, 3, 6), np.repeat(self.node, 2), np.append(rows, rows[-1])
         motion = sp.bsr_matrix(blocks, shape=(tangent.shape[0], 6 * count))
         # An arm turns under the force at its end: d(r x F) = F^ r^ w.
-        turning, nodes = np.zeros((count, 6, 6)), np.arange(count + 1)
+        turning = np.zeros((count, 6, 6))
+        nodes = np.arange(count + 1)
         np.add.at(turning[:, 3:, 3:], self.node, hat(force[:, :3]) @ lever)
         total = motion.T @ tangent @ motion
         total.sort_indices()  # so that sums are sorted as well: factors need that
@@ -147,9 +152,11 @@ class BeamContact:
 
     def _gaps(self, points: BeamState) -> tuple[Ints, PointPairs, Floats]:
         """Return crossings (m,) where yarns are near each other, their nearest points, and all gaps (K + 1,)."""
-        near, gap = self._near(points), np.full(len(self.yarn) + 1, np.nan)
+        near = self._near(points)
+        gap = np.full(len(self.yarn) + 1, np.nan)
         # Pairs are in the order of their points: of a point with all points of a yarn, the nearest one counts.
-        yarn, distance = self.points.yarn[near.j], near.distance
+        yarn = self.points.yarn[near.j]
+        distance = near.distance
         first = np.flatnonzero(np.diff(near.i, prepend=-1) | np.diff(yarn, prepend=-1))
         if len(first):
             least = np.repeat(np.minimum.reduceat(distance, first), np.diff(first, append=len(yarn)))
@@ -166,7 +173,9 @@ class BeamContact:
 
         Raises ConvergenceError if yarns that pressed each other touch at the end of one of them.
         """
-        past, points, count = state.contact_history, self.at_points(state), len(self.yarn)
+        past = state.contact_history
+        points = self.at_points(state)
+        count = len(self.yarn)
         active = self.line.active_pairs(points, NO_LATTICE, past.points, slip=True)
         loads = self.line.loads(points, NO_LATTICE, active)
         pairs, friction, on_j = active.pairs, active.friction, loads.on_j

@@ -107,7 +107,8 @@ class BeamModel(Memoryless):
         at_nodes = at_ends.copy()
         if self.arms_turn:
             at_nodes[:, 1::2] += np.cross(arm, at_ends[:, 0::2])
-        pull, stretch = at_ends[self.beams :, 2], (chord - self.apart)[self.beams :]
+        pull = at_ends[self.beams :, 2]
+        stretch = (chord - self.apart)[self.beams :]
         stored = sum(beam.energy(*each).sum() for each in now) + 0.5 * np.vdot(pull, stretch)
         # Forces, and moments over the radius: in pure bending there are no forces to measure a residual against.
         lever = np.array([1.0, self.radius, 1.0, self.radius])[:, None]
@@ -161,7 +162,8 @@ class BeamModel(Memoryless):
 
         def deformed(number: int) -> tuple[beam.Elements, beam.Deformation]:
             part = parts[number]
-            elements, turned = self.elements[part], state.rotation[self.ends[part]].swapaxes(0, 1)
+            elements = self.elements[part]
+            turned = state.rotation[self.ends[part]].swapaxes(0, 1)
             return elements, beam.deform(elements, chord[part], turned[0], turned[1], state.released)
 
         now = share(deformed, len(parts))
@@ -171,7 +173,8 @@ class BeamModel(Memoryless):
         self, now: list[tuple[beam.Elements, beam.Deformation]], at_ends: Floats, arm: Floats
     ) -> sp.spmatrix:
         """Return the tangent of beams and springs, from their forces at all ends and the arms there."""
-        total, batches = self._assembly.begin_stiffness(), self._batches()
+        total = self._assembly.begin_stiffness()
+        batches = self._batches()
 
         def put(number: int) -> None:
             batch, first = batches[number]

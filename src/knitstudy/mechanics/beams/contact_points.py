@@ -30,7 +30,8 @@ def parabolas(knots: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:
     ([[-0.125, 0.75, 0.375]], [[0.0, -1.0, 1.0]], [[1.0, -2.0, 1.0]])
     """
     others = knots[:, [[1, 2], [0, 2], [0, 1]]]
-    per, way = 1 / np.prod(knots[..., None] - others, axis=2), at[:, None, None] - others
+    per = 1 / np.prod(knots[..., None] - others, axis=2)
+    way = at[:, None, None] - others
     return per * way.prod(axis=2), per * way.sum(axis=2), 2 * per
 
 
@@ -45,7 +46,8 @@ def beside(yarn: Ints, count: Ints | int, closed: bool) -> tuple[Ints, Ints]:
     [[0, 1, 2], [0, 1, 2], [1, 2, 3], [1, 2, 3]]
     """
     at = np.arange(len(yarn))
-    begin, end = np.searchsorted(yarn, yarn), np.searchsorted(yarn, yarn, side="right") - 1
+    begin = np.searchsorted(yarn, yarn)
+    end = np.searchsorted(yarn, yarn, side="right") - 1
     count = np.minimum(count, (end - begin) // 2)
     middle = at if closed else np.clip(at, begin + count, end - count)
     places = np.stack([middle - count, middle, middle + count], axis=1)
@@ -135,11 +137,13 @@ class ContactPoints:
                 f"yarn {number[k]} has {count[k]} beam nodes: a smooth centreline needs at least 3; use shorter beam "
                 "elements"
             )
-        n, s = len(yarn), arc_length
+        n = len(yarn)
+        s = arc_length
         places, image = beside(yarn, 1, period is not None)
         knots = s[places] if period is None else s[places] + image * period[yarn][:, None]
         # A station stands for half the way to both beside it; the last ones of a yarn that ends for one half.
-        before, after = knots < s[:, None], knots > s[:, None]
+        before = knots < s[:, None]
+        after = knots > s[:, None]
         low = np.where(before.any(axis=1), 0.5 * (s + np.where(before, knots, -np.inf).max(axis=1)), s)
         high = np.where(after.any(axis=1), 0.5 * (s + np.where(after, knots, np.inf).min(axis=1)), s)
         share = (np.arange(per_station) + 0.5) / per_station

@@ -97,7 +97,8 @@ class _Disc:
     def __init__(self, degree: int, in_plane: bool) -> None:
         points, mean = disc.on_rings(degree + 5, 4 * degree + 16, 0.5)
         above = points[:, 1] > 0  # the other half does the same work
-        points, self.weight = points[above], 2 * np.pi * mean[above]
+        points = points[above]
+        self.weight = 2 * np.pi * mean[above]
         self.x, self.y = points.T
         value, slope = disc.gradients(degree, points)
         parts = np.stack([value, slope[..., 0], slope[..., 1]])
@@ -128,14 +129,16 @@ def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int,
     free = np.linalg.svd(motion.T)[2][3:].T
     B0, B1 = B0 @ free, B1 @ free
     # (B1' e)' = B0' e for the warping, BR' e = f for the strains, with e = B1 W T + B0 W + BR P for every f.
-    n, one = B0.shape[1], np.eye(3)
+    n = B0.shape[1]
+    one = np.eye(3)
     M, C, E = B1.T @ B1, B1.T @ B0, B0.T @ B0
     of_warping = np.kron(M, (T @ T).T) + np.kron(C - C.T, T.T) - np.kron(E, one)
     of_both = np.kron(B1.T @ BR, T.T) - np.kron(B0.T @ BR, one)
     back = np.kron(BR.T @ B1, T.T) + np.kron(BR.T @ B0, one)
     system = np.block([[of_warping, of_both], [back, np.kron(BR.T @ BR, one)]])
     solution = np.linalg.solve(system, np.concatenate([np.zeros(3 * n), one.ravel()]))
-    W, P = solution[: 3 * n].reshape(n, 3), solution[3 * n :].reshape(3, 3)
+    W = solution[: 3 * n].reshape(n, 3)
+    P = solution[3 * n :].reshape(3, 3)
     e = B1 @ (W @ T) + B0 @ W + BR @ P
     return e.T @ e
 
@@ -143,8 +146,10 @@ def _solve(section: _Disc, bend: float, poisson_ratio: float, forces: tuple[int,
 def _balance(bend: float) -> Floats:
     """The matrix T of f' = T f."""
     T = np.zeros((6, 6))
-    T[0, 2], T[2, 0] = -bend, bend
-    T[3, 5], T[5, 3] = -bend, bend
+    T[0, 2] = -bend
+    T[2, 0] = bend
+    T[3, 5] = -bend
+    T[5, 3] = bend
     T[3, 1], T[4, 0] = 1.0, -1.0
     return T
 
@@ -165,8 +170,10 @@ def _rigid(section: _Disc) -> Floats:
     """Displacements (q, 3, 6) of the section's points by its translations and rotations."""
     rigid = np.zeros((len(section.x), 3, 6))
     rigid[:, range(3), range(3)] = 1.0
-    rigid[:, 2, 3], rigid[:, 2, 4] = section.y, -section.x
-    rigid[:, 0, 5], rigid[:, 1, 5] = -section.y, section.x
+    rigid[:, 2, 3] = section.y
+    rigid[:, 2, 4] = -section.x
+    rigid[:, 0, 5] = -section.y
+    rigid[:, 1, 5] = section.x
     return rigid
 
 
@@ -205,10 +212,15 @@ def eased_by_pressure(bends: Floats, poisson_ratio: float) -> Floats:
     >>> bool(np.isclose(1 / S[0, 0], 6 * (1 + nu) ** 2 / (7 - 8 * nu**2) * np.pi / (2 * (1 + nu))))
     True
     """
-    nu, k, eased = poisson_ratio, np.asarray(bends), np.zeros((len(bends), 6, 6))
+    nu = poisson_ratio
+    k = np.asarray(bends)
+    eased = np.zeros((len(bends), 6, 6))
     c = nu * (7 + 8 * nu) / (12 * (1 + nu))
-    inside, thinner = c - k * (1 - nu) * (7 + 4 * nu) / 24, k * nu / 4
-    eased[:, 0, 0], eased[:, 1, 1], eased[:, 2, 2] = 2 * (inside + thinner), 2 * c, -2 * thinner
+    inside = c - k * (1 - nu) * (7 + 4 * nu) / 24
+    thinner = k * nu / 4
+    eased[:, 0, 0] = 2 * (inside + thinner)
+    eased[:, 1, 1] = 2 * c
+    eased[:, 2, 2] = -2 * thinner
     eased[:, [2, 4], [4, 2]] = (k * inside)[:, None]
     eased[:, [1, 5], [5, 1]] = (-k * c)[:, None]
     return 4 / np.pi * eased  # 1 / EI = 4 / pi

@@ -28,9 +28,12 @@ class Expansion:
     def over_roots(cls, values: Floats, top: int, below: list[int], second: bool) -> Expansion:
         """Return one of the variables (k, v) over the roots of others, which are positive."""
         per = 1 / np.sqrt(values[:, below].prod(axis=1))
-        value, slope, bend = values[:, top] * per, np.zeros(values.shape), None
+        value = values[:, top] * per
+        slope = np.zeros(values.shape)
+        bend = None
         by = -0.5 / values[:, below]
-        slope[:, top], slope[:, below] = per, value[:, None] * by
+        slope[:, top] = per
+        slope[:, below] = value[:, None] * by
         if second:
             bend = np.zeros((*values.shape, values.shape[1]))
             for column, one in zip(below, by.T, strict=True):
@@ -60,7 +63,8 @@ class Expansion:
 
     def power(self, exponent: float) -> Expansion:
         """Return a power of this function."""
-        x, n = self.value, exponent
+        x = self.value
+        n = exponent
         return self.through(x**n, n * x ** (n - 1), n * (n - 1) * x ** (n - 2))
 
     def at_least(self, least: float) -> Expansion:
@@ -84,7 +88,9 @@ class Expansion:
     def __mul__(self, other: Expansion | Floats | float) -> Expansion:
         if not isinstance(other, Expansion):
             return self.times(np.full(len(self.value), other))
-        f, g, bend = self.value[:, None], other.value[:, None], None
+        f = self.value[:, None]
+        g = other.value[:, None]
+        bend = None
         if self.bend is not None and other.bend is not None:
             cross = self.slope[:, :, None] * other.slope[:, None, :]
             bend = f[..., None] * other.bend + g[..., None] * self.bend + cross + cross.swapaxes(1, 2)

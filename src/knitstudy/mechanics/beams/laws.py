@@ -167,7 +167,8 @@ class Patch:
         deviator = np.divide(
             deviator, size[:, None, None], out=np.zeros_like(M), where=(size > 1e-12)[:, None, None]
         )
-        mean, half_difference = 0.5 * (along + across), 0.5 * (across - along)
+        mean = 0.5 * (along + across)
+        half_difference = 0.5 * (across - along)
         stiffness: Floats = mean[:, None, None] * flat + half_difference[:, None, None] * deviator
         return stiffness
 
@@ -220,12 +221,14 @@ class Power:
         if other is self and radii[0] == radii[1]:
             return self
         c, n = np.array([(law.coefficient, law.exponent) for law in (self, other)]).T
-        R, depth = np.array(radii), np.array(FITTED)[:, None] * sum(radii)
+        R = np.array(radii)
+        depth = np.array(FITTED)[:, None] * sum(radii)
         hard = c * n / (2 * np.pi * R)
         ends = hard * depth ** (n - 1)
         p = np.geomspace(ends.min(), ends.max(), 400)[:, None]
         w = 0.5 * (p / hard) ** (1 / (n - 1))
-        delta, force = w.sum(axis=1), 4 * np.pi * R.prod() / R.sum() * (p * w / n).sum(axis=1)
+        delta = w.sum(axis=1)
+        force = 4 * np.pi * R.prod() / R.sum() * (p * w / n).sum(axis=1)
         x, y = np.log([delta, force])[:, (delta >= depth[0]) & (delta <= depth[1])]
         exponent, log = np.polyfit(x, y, 1)
         if (off := np.abs(np.expm1(exponent * x + log - y)).max()) > ASKEW:
@@ -342,7 +345,8 @@ class CrossedCylinders(Law):
         inside = np.minimum(x, self.table.x[-1])
         f, f1, f2 = (self.table(inside, order) for order in range(3))
         f1, f2 = np.where(inside < x, 0.0, f1), np.where(inside < x, 0.0, f2)
-        by_x, by_xx = k * (3 * x**2 * f + x**3 * f1), k * (6 * x * f + 6 * x**2 * f1 + x**3 * f2)
+        by_x = k * (3 * x**2 * f + x**3 * f1)
+        by_xx = k * (6 * x * f + 6 * x**2 * f1 + x**3 * f2)
         per = 1 / (2 * x * self.radius)  # dx / d delta
         values = k * x**3 * f, by_x * per, by_xx * per**2 - by_x * per**2 / x
         force, first, second = (np.where(approach > 0, value, 0.0) for value in values)
@@ -396,7 +400,8 @@ class Repulsion:
         """Return the approach (k,) at distances (k,) [m], which begins softly, and its two derivatives."""
         e = self.onset
         delta = np.maximum(self.diameter - distance, 1e-9 * e)
-        x, soft = delta / e, delta < e
+        x = delta / e
+        soft = delta < e
         return (
             np.where(soft, e * (2 - x) * x**2, delta),
             -np.where(soft, (4 - 3 * x) * x, 1.0),
@@ -405,7 +410,8 @@ class Repulsion:
 
     def closing(self, y: Floats, shape: Floats) -> Floats:
         """Return F'' (k,) [N/m2] after an approach y (k,) [m] since first contact, its mean up to the onset."""
-        f, late = shape if self.patch.spreads else np.ones_like(shape), np.maximum(y, self.onset)
+        f = shape if self.patch.spreads else np.ones_like(shape)
+        late = np.maximum(y, self.onset)
         early = self.law.force(f**2 * self.onset)[1] / (f * self.onset)
         return np.where(y > self.onset, f * self.law.force(f**2 * late)[2], early)
 
@@ -450,7 +456,8 @@ class Mixed(Repulsion):
     @classmethod
     def of_yarns(cls, laws: Sequence[Power], diameters: Sequence[float], onset: float, kind: Ints) -> Mixed:
         """Return the repulsion of yarns with laws of their own; raises ConfigurationError as `Power.against`."""
-        R, every = 0.5 * np.array(diameters), range(len(laws))
+        R = 0.5 * np.array(diameters)
+        every = range(len(laws))
         rows = [[laws[a].against(laws[b], (R[a], R[b])) for b in every] for a in every]
         values = {
             key: np.array([[getattr(law, key) for law in row] for row in rows]) for key in laws[0].PAIRED
@@ -469,5 +476,7 @@ class Mixed(Repulsion):
         mean = 0.5 * (one + other)
         of_pairs: dict[str, Any] = {name: values[a, b] for name, values in self.laws.items()}
         ratios = () if np.ptp(self.thickness) == 0 else (one / mean, other / mean)
-        law, D, e = replace(self.law, **of_pairs), self.diameter * mean, self.onset / mean
+        law = replace(self.law, **of_pairs)
+        D = self.diameter * mean
+        e = self.onset / mean
         return Repulsion(law, D, e, ratios)  # type: ignore[arg-type]

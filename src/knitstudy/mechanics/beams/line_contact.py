@@ -90,7 +90,8 @@ def in_blocks(at: np.ndarray, blocks: np.ndarray, size: int) -> sp.bsr_matrix:
     >>> in_blocks(np.array([[1]]), np.eye(3)[None, None, None], size=2).diagonal().tolist()
     [0.0, 0.0, 0.0, 1.0, 1.0, 1.0]
     """
-    row, a = at.ravel(), at.shape[1]
+    row = at.ravel()
+    a = at.shape[1]
     order = np.argsort(row, kind="stable")
     ends = a * np.cumsum(np.bincount(row, minlength=size))
     data = blocks.reshape(-1, a, 3, 3)[order].reshape(-1, 3, 3)
@@ -115,7 +116,8 @@ class LineContact:
         joined: np.ndarray | None = None,
     ) -> None:
         self.yarn, self.arc_length, self.weight = yarn, arc_length, weight
-        self.repulsion, self.mu = repulsion, min(friction, ROUGH)
+        self.repulsion = repulsion
+        self.mu = min(friction, ROUGH)
         self.axes = Axes.of(yarn, arc_length, weight, CHORD * repulsion.own_diameter, period)
         self.images = 0 if period is None else 2  # lattice vectors by which points have images
         around = 0.5 * np.pi * repulsion.own_diameter if beside is None else beside
@@ -129,7 +131,8 @@ class LineContact:
 
     def pairs(self, position: np.ndarray, vectors: np.ndarray, near: bool = False) -> PointPairs:
         """Return the pairs that touch, or those `near` each other, of points (n, 3) and lattice vectors (2, 3) [m]."""
-        share, D = NEAR if near else 1.0, self.repulsion.diameter
+        share = NEAR if near else 1.0
+        D = self.repulsion.diameter
         found = self.search.within(share * D, (1 + MARGIN) * NEAR * D, position, vectors)
         own = self.repulsion.between(found)
         return found if own is self.repulsion else found[found.distance < share * own.diameter]
@@ -149,10 +152,8 @@ class LineContact:
         squared, of_a, of_b, square_a, square_b, both = range(len(ONE))
         k_a, k_b = (Expansion.over_roots(values, product, [squared], second) for product in (of_a, of_b))
         cos = Expansion.over_roots(values, both, [square_a, square_b], second)
-        R, r = (
-            0.5 * self.repulsion.between(pairs).diameter,
-            Expansion.variables(values, second)[squared].power(0.5),
-        )
+        R = 0.5 * self.repulsion.between(pairs).diameter
+        r = Expansion.variables(values, second)[squared].power(0.5)
         return z, [k_a * R, k_b * -R, cos, r]
 
     def energy_factors(
@@ -221,7 +222,8 @@ class LineContact:
         tangent is over these as well, or over what they follow by `spread`.
         """
         active = active or self.active_pairs(state, vectors, history)
-        loads, n = self.loads(state, vectors, active, stiffness), len(state.position)
+        loads = self.loads(state, vectors, active, stiffness)
+        n = len(state.position)
         friction = active.friction
         energy = {"penalty": float(loads.energy.value.sum() + friction.stored.sum())}
         energy["friction"] = history.dissipated + float(friction.dissipated.sum()) + friction.left_behind
@@ -230,14 +232,16 @@ class LineContact:
     def forces(self, loads: Loads, n: int) -> np.ndarray:
         """Return internal forces (6 n + 6,) on n points and the lattice vectors."""
         pairs, slope, friction, on_j = loads.pairs, loads.slope, loads.friction, loads.on_j
-        total, nodes = np.zeros((n, 6)), pairs.both
+        total = np.zeros((n, 6))
+        nodes = pairs.both
         sign = np.array([-1.0, 1.0])[:, None]
         np.add.at(total[:, :3], nodes, sign * on_j[:, None])
         moment = np.cross(friction.arm, friction.traction[:, None])
         np.add.at(total[:, 3:], nodes[friction.pair], -sign * moment)
         on_vectors = pairs.image.T @ on_j
         touched, row = np.unique(nodes, return_inverse=True)
-        axes, on_axes = self.axes, np.zeros((2, len(touched), 3))
+        axes = self.axes
+        on_axes = np.zeros((2, len(touched), 3))
         np.add.at(on_axes[1], row, slope[:, 1:3])
         np.add.at(on_axes[0], row, slope[:, 3:])
         of_first, of_second = (weights[touched, :, None] for weights in (axes.first, axes.second))
@@ -275,9 +279,12 @@ class LineContact:
 
     def _weights(self, pairs: PointPairs, n: int) -> tuple[np.ndarray, np.ndarray]:
         """Return blocks (k, a): three of n points around i, three around j, lattice vectors; z's weights (k, 5, a)."""
-        axes, k = self.axes, len(pairs.i)
+        axes = self.axes
+        k = len(pairs.i)
         weights = np.zeros((k, 5, 8))
-        weights[:, W, 1], weights[:, W, 4], weights[:, W, 6:] = -1.0, 1.0, pairs.image
+        weights[:, W, 1] = -1.0
+        weights[:, W, 4] = 1.0
+        weights[:, W, 6:] = pairs.image
         for side, at in enumerate((pairs.i, pairs.j)):
             for row, of_points in ((K_A + side, axes.second[at]), (T_A + side, axes.first[at])):
                 weights[:, row, 3 * side : 3 * side + 3] = of_points
@@ -310,7 +317,8 @@ class LineContact:
         self, state: BeamState, vectors: np.ndarray, key: np.ndarray, traction: np.ndarray, stored: np.ndarray
     ) -> LineHistory:
         """Return the history of pairs that touch in a state, from their friction; see `LineHistory`."""
-        points, pairs = self.committed_points(state, vectors), self.pairs(state.position, vectors)
+        points = self.committed_points(state, vectors)
+        pairs = self.pairs(state.position, vectors)
         unslipped = self._unslipped(points, pairs[np.flatnonzero(np.isin(pairs.key, key))])
         return replace(unslipped, traction=traction, end_traction=traction, stored=stored, points=points)
 

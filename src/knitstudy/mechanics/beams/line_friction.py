@@ -84,16 +84,20 @@ def closest_points(z: np.ndarray, radius: np.ndarray | float) -> tuple[np.ndarra
     >>> closest_points(crossed, radius=1.0)[1].round(12)  # straight yarns along x and y, 1 apart
     array([1.])
     """
-    way, bend, tangent = z[:, 0], z[:, 1:3], z[:, 3:]
+    way = z[:, 0]
+    bend = z[:, 1:3]
+    tangent = z[:, 3:]
     tangent = tangent / np.linalg.norm(tangent, axis=2, keepdims=True)
     slope = np.einsum("kai,ki->ka", tangent, way) * [-1.0, 1.0]
     first, second = (1 + np.einsum("kai,ki->ka", bend, way) * [-1.0, 1.0]).T
     cross = -np.einsum("ki,ki->k", tangent[:, 0], tangent[:, 1])
     # Inverse of the symmetric matrix [[first, cross], [cross, second]] with eigenvalues that are not too small
-    mean, half = 0.5 * (first + second), 0.5 * (first - second)
+    mean = 0.5 * (first + second)
+    half = 0.5 * (first - second)
     root = np.sqrt(half**2 + cross**2)
     low, high = (1 / np.maximum(value, LEAST_BEND) for value in (mean - root, mean + root))
-    middle, turn = 0.5 * (low + high), 0.5 * (high - low) / np.where(root > 0, root, 1.0)
+    middle = 0.5 * (low + high)
+    turn = 0.5 * (high - low) / np.where(root > 0, root, 1.0)
     step = -middle[:, None] * slope
     step -= turn[:, None] * np.stack(
         [half * slope[:, 0] + cross * slope[:, 1], cross * slope[:, 0] - half * slope[:, 1]], axis=1
@@ -117,7 +121,8 @@ def within_limit(trial: np.ndarray, stiff: np.ndarray, most: np.ndarray) -> tupl
     ([[3.0, 4.0, 0.0]], [1.0])
     """
     value, axes = np.linalg.eigh(stiff)
-    along, c = np.einsum("kij,ki->kj", axes, trial), np.zeros(len(trial))
+    along = np.einsum("kij,ki->kj", axes, trial)
+    c = np.zeros(len(trial))
     for _ in range(SECULAR):
         t = along / (1 + c[:, None] * value)
         size = np.linalg.norm(t, axis=1)
@@ -178,7 +183,8 @@ class PairFriction(Chosen):
         """Return the friction of those pairs that have a history, and their places (m,) in the history."""
         known = np.searchsorted(history.key, pairs.key)
         same = np.append(history.key, -1)[known] == pairs.key
-        pair, known = np.flatnonzero(same), known[same]
+        pair = np.flatnonzero(same)
+        known = known[same]
 
         def of_some(part: slice) -> PairFriction:
             return cls._of_known(law, mu, state, pairs[pair[part]], pair[part], history[known[part]])
@@ -195,29 +201,36 @@ class PairFriction(Chosen):
         pair: np.ndarray,  # int (m,), their places among all
         history: LineHistory,  # of these
     ) -> PairFriction:
-        law, rotation, r = law.between(pairs), state.rotation[pairs.both], pairs.distance
+        law = law.between(pairs)
+        rotation = state.rotation[pairs.both]
+        r = pairs.distance
         arm = np.einsum("kaij,kaj->kai", rotation, history.arm)
         past_traction = np.einsum("kaij,kaj->kai", rotation, history.traction)
         normals = np.einsum("kaij,kaj->kai", rotation, history.normal)
         shear = rotation @ history.shear @ rotation.swapaxes(2, 3)
-        plane, stiff = shear.mean(axis=1), _stiff(shear, normals)
+        plane = shear.mean(axis=1)
+        stiff = _stiff(shear, normals)
         slip = arm[:, 0] - arm[:, 1] - pairs.way
         parts = history.share * history.density, history.share * history.thinning
         force, change = law.push(*parts, history.shape, r)
         # Friction acts from the moment within the increment at which a pair closes.
-        past, begun = law.diameter - history.distance, history.spring
+        past = law.diameter - history.distance
+        begun = history.spring
         closes = past < 0
         span = np.where(closes, law.diameter - r - past, 1.0)
         spring = begun * np.where(closes, 1 + past / span, 1.0)
         rate = begun * np.where(closes, past / span**2, 0.0)
         before = past_traction.mean(axis=1)
         trial = before + spring[:, None] * np.einsum("kij,kj->ki", plane, slip)
-        size, most = np.linalg.norm(trial, axis=1), mu * force
+        size = np.linalg.norm(trial, axis=1)
+        most = mu * force
         slides = size > most
         most = np.maximum(most, LEAST_LIMIT * size)
-        traction, beyond = trial.copy(), np.zeros(len(trial))
+        traction = trial.copy()
+        beyond = np.zeros(len(trial))
         traction[slides], beyond[slides] = within_limit(trial[slides], stiff[slides], most[slides])
-        stored, after = history.stored, stored_energy(traction, begun, stiff)
+        stored = history.stored
+        after = stored_energy(traction, begun, stiff)
         # Half of t_0 + t along t; where t_0 pointed the other way, of both of Coulomb's limits, as far as t came
         begun_with = np.einsum("kaij,kaj->kai", rotation, history.end_traction).mean(axis=1)
         along = _ratio(np.einsum("ki,ki->k", begun_with, traction), np.linalg.norm(traction, axis=1))
@@ -250,7 +263,8 @@ def unslipped_history(
     shape: np.ndarray,  # (k,), factor of F by the shape
 ) -> LineHistory:
     """Return the history of pairs that have not slipped, of points in one configuration."""
-    law, r = law.between(pairs), pairs.distance
+    law = law.between(pairs)
+    r = pairs.distance
     normal, closest, tangent = closest_points(z, 0.5 * law.diameter)
     # Where yarns overlap by more than their bends the parabolas may pass each other: only the plane counts.
     share = np.abs(np.einsum("ki,ki->k", normal, pairs.way)) / r
@@ -284,7 +298,8 @@ def committed_history(
 ) -> LineHistory:
     """Return the history of pairs that touch after an increment."""
     pairs, friction = active.pairs, active.friction
-    on_j, past = np.zeros((len(pairs.i), 3)), np.zeros(len(pairs.i))
+    on_j = np.zeros((len(pairs.i), 3))
+    past = np.zeros(len(pairs.i))
     old = np.searchsorted(pairs.key, friction.key)
     on_j[old], past[old] = friction.traction, friction.stored
     normal, spring = unslipped.normal, unslipped.spring
@@ -314,15 +329,19 @@ def friction_tangent(
     images: int,  # lattice vectors by which points have images
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return blocks (m, a): place and turn of i, those of j, lattice vectors; and matrices (m, a, a, 3, 3)."""
-    at, m, a = friction.pair, len(friction.pair), 4 + images
+    at = friction.pair
+    m = len(friction.pair)
+    a = 4 + images
     along = pairs.way[at] / pairs.distance[at, None]
     weight = np.column_stack([np.tile([-1.0, 0.0, 1.0, 0.0], (m, 1)), pairs.image[at, :images]])  # of the way
     # Of i against j where they met
     motion = -np.einsum("ka,ij->kiaj", weight, np.eye(3)).reshape(m, 3, 3 * a)
     lever = hat(friction.arm)
-    motion[:, :, 3:6], motion[:, :, 9:12] = -lever[:, 0], lever[:, 1]
+    motion[:, :, 3:6] = -lever[:, 0]
+    motion[:, :, 9:12] = lever[:, 1]
     pressed = np.einsum("ka,ki->kai", weight, along).reshape(m, 3 * a)  # of the distance
-    S, k = friction.shear, friction.spring[:, None, None]
+    S = friction.shear
+    k = friction.spring[:, None, None]
     change = k * S.mean(axis=1) @ motion
     stretched = np.einsum("kaij,kj->kai", S, friction.slip)
     change += friction.rate[:, None, None] * stretched.mean(axis=1)[:, :, None] * pressed[:, None]
@@ -353,8 +372,11 @@ def _limited(mu: float, friction: PairFriction, change: np.ndarray, pressed: np.
 
     `pressed` (m, 15) is the derivative of the distance.
     """
-    t, c, S = friction.traction, friction.beyond[:, None, None], friction.shear
-    stiff, normal = _stiff(S, friction.normals), friction.normals.mean(axis=1)
+    t = friction.traction
+    c = friction.beyond[:, None, None]
+    S = friction.shear
+    stiff = _stiff(S, friction.normals)
+    normal = friction.normals.mean(axis=1)
     # c dS t, as S and the normals turn with both sections
     turned = 0.5 * (S @ hat(t)[:, None] - hat(np.einsum("kaij,kj->kai", S, t)))
     turned -= 0.5 * np.einsum("ki,ki->k", normal, t)[:, None, None, None] * hat(friction.normals)

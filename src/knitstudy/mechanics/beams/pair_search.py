@@ -107,7 +107,8 @@ class PairSearch:
 
     def _least_of_others(self, found: PointPairs, position: Floats, vectors: Floats) -> float:
         """Return the least distance [m] that other pairs than those found can have now."""
-        place, move = self._position - self._position.mean(axis=0), position - self._position
+        place = self._position - self._position.mean(axis=0)
+        move = position - self._position
         move -= move.mean(axis=0)
         gradient = affine_gradient(place.T @ place, place.T @ move)
         beyond = _lengths(move - place @ gradient).max()  # the motion x -> X + (X - mean) G
@@ -116,7 +117,9 @@ class PairSearch:
         return float(smallest_stretch(gradient) * self._far - 2 * beyond - apart)
 
     def _all(self, reach: float, position: Floats, vectors: Floats) -> PointPairs:
-        n, extent, most = len(position), np.ptp(position[:, :2], axis=0) + reach, np.zeros(2, dtype=int)
+        n = len(position)
+        extent = np.ptp(position[:, :2], axis=0) + reach
+        most = np.zeros(2, dtype=int)
         if self.period is not None:
             # (x, y) = vectors^T (a, b): bounds of a and b for all ways that points may be apart
             most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ extent
@@ -131,7 +134,8 @@ class PairSearch:
         if len(image):
             moved = (position + (image @ vectors)[:, None]).reshape(-1, 3)
             near = tree.sparse_distance_matrix(cKDTree(moved), reach, output_type="coo_matrix")
-            i, j = np.append(i, near.row), np.append(j, near.col % n)
+            i = np.append(i, near.row)
+            j = np.append(j, near.col % n)
             of_image = np.concatenate([of_image, image[near.col // n]])
         a, b = of_image.T
         apart = self.arc_length[j] - self.arc_length[i]

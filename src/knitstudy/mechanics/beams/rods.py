@@ -33,7 +33,8 @@ from knitstudy.mechanics.rotation import turns
 from knitstudy.mechanics.stability import lowest_mode
 
 Vector = Sequence[float] | Floats
-STILL, FREE = (0.0, 0.0, 0.0), (np.nan, np.nan, np.nan)
+STILL = (0.0, 0.0, 0.0)
+FREE = (np.nan, np.nan, np.nan)
 ITERATIONS, HALVINGS = 12, 10  # most of one step by arc length
 BALANCE = 0.02  # largest share of the work that no energy may account for, by default
 
@@ -48,7 +49,8 @@ class End:
     moment: Vector = STILL  # (3,), dead moment about fixed axes at the end of the leg
 
 
-CLAMPED, PINNED = End(), End(turn=FREE)
+CLAMPED = End()
+PINNED = End(turn=FREE)
 Ends = Mapping[int, End]  # by node
 
 
@@ -110,7 +112,8 @@ class Rods(BeamModel):
         natural: Floats | float | None = None,
         per_node: int = 2,  # points of contact a node: a radius needs ten for 2 % of the force of a crossing
     ) -> None:
-        nodes, count = np.concatenate(list(curves)), [len(each) for each in curves]
+        nodes = np.concatenate(list(curves))
+        count = [len(each) for each in curves]
         rod = np.repeat(np.arange(len(count)), count)
         # Nodes of every rod
         self.numbers: list[Ints] = np.split(np.arange(len(nodes)), np.cumsum(count)[:-1])
@@ -130,7 +133,9 @@ class Rods(BeamModel):
         bend = 0.0 if natural is None else natural - drawn
         super().__init__(nodes, ends, section, lever, contact=touch, natural=bend)
         # Of a leg: free unknowns, moves of all, dead loads where it begins and ends, natural curvature at first
-        self.free, self.value, self.released = np.arange(self.size), np.zeros(self.size), 0.0
+        self.free = np.arange(self.size)
+        self.value = np.zeros(self.size)
+        self.released = 0.0
         self.dead = np.zeros((2, self.size))
 
     def start(self) -> RodState:
@@ -159,7 +164,9 @@ class Rods(BeamModel):
         if np.any((number < 0) | (number >= len(self.nodes))):
             raise ConfigurationError(f"rods have nodes 0 to {len(self.nodes) - 1}, not {number.tolist()}")
         motion = np.array([[*end.move, *end.turn] for end in ends.values()], dtype=float)
-        unknowns, held, rods = 6 * number[:, None] + np.arange(6), ~np.isnan(motion), copy(self)
+        unknowns = 6 * number[:, None] + np.arange(6)
+        held = ~np.isnan(motion)
+        rods = copy(self)
         dead, rods.value = np.zeros((2, self.size))
         dead[unknowns] = np.where(held, 0.0, [[*end.force, *end.moment] for end in ends.values()])
         rods.value[unknowns] = np.where(held, motion, 0.0)
@@ -187,7 +194,8 @@ class Rods(BeamModel):
         `Settings`. From the end of the first leg on, the natural curvature acts in full; a leg on which it grows does
         work that is not counted, and has no balance. Raises ConvergenceError as `trace` does.
         """
-        rods, state = self.on_leg(ends, start), self.start() if start is None else start.state
+        rods = self.on_leg(ends, start)
+        state = self.start() if start is None else start.state
         if self.contact is not None:
             limits = {"stride": 0.5 * self.contact.line.repulsion.diameter} | limits
         first = Increment(0, 0.0, state, rods._begun(start, state), 1.0 / steps)
@@ -224,7 +232,9 @@ class Rods(BeamModel):
         angles to it. Steps that fail are halved; raises ConvergenceError if `HALVINGS` of them do not help.
         """
         rods = self.on_leg(ends, start)
-        state, load, last = rods.start() if start is None else start.state, 0.0, np.zeros(self.size)
+        state = rods.start() if start is None else start.state
+        load = 0.0
+        last = np.zeros(self.size)
         while True:
             steps = (
                 rods._arc_step(state, load, last, 0.5**halving * size, tolerance)
@@ -242,7 +252,10 @@ class Rods(BeamModel):
         self, state: Any, load: float, last: Floats, size: float, tolerance: float
     ) -> tuple[Any, float, Floats, Response] | None:
         """Return the state one step further, its load factor, motion (size,) and response; None if iterations fail."""
-        free, along, moved, way = self.free, self.value, np.zeros(self.size), None
+        free = self.free
+        along = self.value
+        moved = np.zeros(self.size)
+        way = None
         pull = (self.dead[1] - self.dead[0])[free]
         for _ in range(ITERATIONS):
             state = self.begin(state, load, 0.0)
@@ -252,13 +265,15 @@ class Rods(BeamModel):
                 return None
             if way is not None and error <= tolerance:
                 return self.commit(state), load, moved, response
-            K, steps = response.tangent.tocsr()[free], np.zeros((2, self.size))
+            K = response.tangent.tocsr()[free]
+            steps = np.zeros((2, self.size))
             loads = np.column_stack([-response.force[free], pull - K @ along])
             try:
                 steps[:, free] = spla.splu(K[:, free].tocsc()).solve(loads).T
             except RuntimeError:  # the tangent is singular
                 return None
-            balance, tangent = steps[0], steps[1] + along
+            balance = steps[0]
+            tangent = steps[1] + along
             if way is None:
                 way = np.where(np.arange(self.size) % 6 < 3, tangent, 0.0)
                 way *= np.copysign(1 / np.linalg.norm(way), way @ last if last.any() else 1.0)
@@ -266,7 +281,9 @@ class Rods(BeamModel):
             else:
                 change = -(way @ balance) / (way @ tangent)
             step = balance + change * tangent
-            state, load, moved = self.advance(state, step), load + change, moved + step
+            state = self.advance(state, step)
+            load = load + change
+            moved = moved + step
         return None
 
 

@@ -32,9 +32,11 @@ class Neighbourhoods:
         reach: float,  # largest distance of a ring's places from its middle [m]
     ) -> None:
         self._surfaces = surfaces
-        rings, controls = surfaces.centres(carriers), surfaces.controls(carriers).mean(axis=1)
+        rings = surfaces.centres(carriers)
+        controls = surfaces.controls(carriers).mean(axis=1)
         self._origin, extent = controls.mean(axis=0), np.ptp(controls, axis=0).max()
-        widths, influence = [WIDTH * reach], surfaces.influence(carriers)
+        widths = [WIDTH * reach]
+        influence = surfaces.influence(carriers)
         while widths[-1] < extent:
             widths.append(WIDER * widths[-1])
         self._apart = [width - 2 * reach for width in widths[:-1]]  # nearer places share a neighbourhood
@@ -55,7 +57,8 @@ class Neighbourhoods:
     def _displacements(self, now: Floats, then: Floats) -> tuple[Floats, Floats, Floats]:
         """Return where control points (S, a, 3) were, from the middle of all, ways since [m], and `moments`."""
         now, then = self._surfaces.controls(now), self._surfaces.controls(then)
-        place, way = then - self._origin, now - then
+        place = then - self._origin
+        way = now - then
         return place, way, by_parts(lambda part: moments(place[part], way[part]), len(place), CHUNK)
 
 
@@ -119,7 +122,8 @@ class CandidatePairs:
         again = self._source is history and np.array_equal(self._before, before)
         if not again or self._neighbourhoods.may_meet(carriers, self._search_status.at_search, self._margin):
             self._search_all(carriers, before, history)
-        every, least = self.history, self._least(carriers)
+        every = self.history
+        least = self._least(carriers)
         return np.flatnonzero(~((least > reach) & (every.pressure <= 0) & (every.multiplier == 0))), least
 
     def last_converged(self, number: Ints) -> tuple[ContactHistory, Floats | None]:
@@ -160,7 +164,8 @@ class CandidatePairs:
             return successor
         self._source = self.history = successor = replace(successor, search_status=self._search_status)
         if before is not None:
-            self._before, self._angle = before, np.full(len(successor.xi), np.nan)
+            self._before = before
+            self._angle = np.full(len(successor.xi), np.nan)
         return successor
 
     def _search_all(self, carriers: Floats, before: Floats, history: ContactHistory) -> None:
@@ -175,7 +180,8 @@ class CandidatePairs:
         least[same[same >= 0]] = gap[same >= 0]
         pressed = history.pressure > 0
         pressed[same[same >= 0]] = True
-        stays, new = np.flatnonzero(pressed), np.flatnonzero(same < 0)
+        stays = np.flatnonzero(pressed)
+        new = np.flatnonzero(same < 0)
         chosen = np.append(stays, len(history.point) + new)
         every, least = _in_order(history, pairs, chosen, np.append(least[stays], gap[new]))
         self._set(before, history, every, ContactStatus(carriers, carriers, least))
@@ -184,7 +190,9 @@ class CandidatePairs:
         self, before: Floats, history: ContactHistory, every: ContactHistory, status: ContactStatus
     ) -> None:
         """Set the pairs, after a search, and the history that they come from."""
-        self._source, self._before, self.history = history, before, replace(every, search_status=status)
+        self._source = history
+        self._before = before
+        self.history = replace(every, search_status=status)
         self._search_status = status
         self._neighbourhoods = Neighbourhoods(self._search.surfaces, status.at_search, self._search.reach)
         self._angle = np.full(len(every.point), np.nan)

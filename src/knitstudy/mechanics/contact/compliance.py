@@ -74,9 +74,13 @@ def surface_compliance(
     """
     m, k = np.broadcast_arrays(m, np.asarray(k, dtype=float))
     rate = _logarithmic_slope(np.abs(m), np.abs(k))
-    nu, zero = poisson_ratio, np.zeros(m.shape)
-    im, ik, square = 1j * m, 1j * k, m**2 + k**2
-    stretch, turned = 2 * (1 - nu) * k**2, 2 * (1 - nu) * rate
+    nu = poisson_ratio
+    zero = np.zeros(m.shape)
+    im = 1j * m
+    ik = 1j * k
+    square = m**2 + k**2
+    stretch = 2 * (1 - nu) * k**2
+    turned = 2 * (1 - nu) * rate
     displacement = np.array(  # (solution, component, ...)
         [[rate, im, ik], [im, -rate, zero], [square, im * rate, ik * (rate + 4 * (1 - nu))]]
     )
@@ -141,7 +145,9 @@ def _beam_patch(radius: float, apart: float, poisson_ratio: float) -> Floats:
     k = np.pi * np.arange(1, int(SHORTEST / radius * apart / np.pi) + 1, 2) / apart
     wave = np.abs(np.exp(-1j * k[:, None] * along) @ weight[0]) ** 2
     nu = poisson_ratio
-    area, inertia, shear = np.pi, np.pi / 4, 0.5 / (1 + nu)
+    area = np.pi
+    inertia = np.pi / 4
+    shear = 0.5 / (1 + nu)
     per_shear = (7 + 14 * nu + 8 * nu**2) / (6 * (1 + nu) ** 2) / (shear * area)  # as `curved_rod`
     bent = 1 / (inertia * k**4) + per_shear / k**2
     # The arm, of length 1, turns with bending under a force along the yarn, with twist under one across it.
@@ -243,7 +249,8 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float, count: int
     largest = SHORTEST / radius
     angle, along, weight = patch_rule(radius, rings=int(SHORTEST / 2) + 6)
     k = np.pi * np.arange(1, int(largest * apart / np.pi) + 1, 2) / apart
-    weight, size = weight[:count], 3 * count
+    weight = weight[:count]
+    size = 3 * count
     length = np.exp(-1j * along[:, None] * k)  # (q, k)
     parts = np.concatenate([weight * np.cos(angle), weight * np.sin(angle), weight])  # (part and moment, q)
     total = np.zeros((size, size))
@@ -254,7 +261,9 @@ def cylinder_patch(radius: float, apart: float, poisson_ratio: float, count: int
             (len(m), len(k), count, 3, 3), dtype=complex
         )  # moment, component of the force, r theta z
         cosine, sine, one = np.moveaxis(waves, 3, 1).transpose(2, 0, 1, 3)
-        load[..., 0, 0], load[..., 0, 1], load[..., 1, 2] = cosine, -sine, one
+        load[..., 0, 0] = cosine
+        load[..., 0, 1] = -sine
+        load[..., 1, 2] = one
         load[..., 2, 0], load[..., 2, 1] = sine, cosine
         loads = load.reshape(len(m), -1, size, 3)
         answer = loads @ np.swapaxes(surface_compliance(m[:, None], k, poisson_ratio), 2, 3)
@@ -271,7 +280,8 @@ def space_patch(
     degree: int, spline_degree: int, span: float, place: float, radius: float, poisson_ratio: float
 ) -> Floats:
     """Return the compliance (9, 9) of patches as a space shows it, times E R; arguments of `missing_compliance`."""
-    spans, d = int(np.ceil(APART_IN_PATCH / span)), spline_degree
+    spans = int(np.ceil(APART_IN_PATCH / span))
+    d = spline_degree
     angle, along, weight = patch_rule(radius, rings=degree + d + 2)
     across = disc.values(degree, np.stack([np.cos(angle), np.sin(angle)], axis=-1))  # (q, n)
     size = 3 * across.shape[1]

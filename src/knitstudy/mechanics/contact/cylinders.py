@@ -35,7 +35,8 @@ class Cylinders:
         angles: int,  # cells around
     ) -> None:
         yarns = len(space.yarns)
-        self.closed, self.offset = np.ones(yarns, dtype=bool), np.zeros(yarns)
+        self.closed = np.ones(yarns, dtype=bool)
+        self.offset = np.zeros(yarns)
         self.cells = np.array([[len(edges) - 1, angles] for edges in along])
         own = [yarn.spline.spans[yarn.own] for yarn in space.yarns]
         beyond = [
@@ -59,7 +60,8 @@ class Cylinders:
         self._starts = self._spline.spans[:, 0] + np.repeat(self._start, np.diff(self._first_span))
         # Every coefficient goes to one carrier of its station, a spline of a yarn: that of its wave, times a factor.
         kind = disc.modes(degree)
-        self._factor, self._wave = kind.factor, np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
+        self._factor = kind.factor
+        self._wave = np.where(kind.wave > 0, 2 * kind.wave - 1 + kind.sine, 0)
         many = np.concatenate([disc.size(yarn.degrees) for yarn in space.yarns])
         self._first = np.concatenate([[0], np.cumsum(many)])  # coefficient of every station
         carrier = self.block * np.repeat(np.arange(len(many)), many) + self._wave[space.order]
@@ -118,7 +120,8 @@ class Cylinders:
 
     def matrix(self, indptr: np.ndarray, indices: np.ndarray, data: Floats) -> sp.bsr_matrix:
         """Return the matrix over the coefficients of one over carriers; see `surface.Surfaces.matrix`."""
-        many, stations = np.diff(self._first), len(self._first) - 1
+        many = np.diff(self._first)
+        stations = len(self._first) - 1
         row = np.repeat(np.arange(stations), np.diff(indptr))
         before = np.concatenate([[0], np.cumsum(many[indices])])  # columns of the pairs of stations before
         wide = before[indptr[1:]] - before[indptr[:-1]]  # columns of a row of blocks
@@ -129,7 +132,8 @@ class Cylinders:
         start = lines[self._first[row]] + before[:-1] - before[indptr[row]]  # of a pair's first line
         for n, m in np.unique(np.stack([many[row], many[indices]], axis=1), axis=0):
             pairs = np.flatnonzero((many[row] == n) & (many[indices] == m))
-            line, column = np.arange(n)[:, None], np.arange(m)
+            line = np.arange(n)[:, None]
+            column = np.arange(m)
             place = start[pairs, None, None] + wide[row[pairs], None, None] * line + column
             entry = self.block * self._wave[:n, None] + self._wave[:m]
             scale = self._factor[:n, None] * self._factor[:m]
@@ -203,7 +207,8 @@ def _waves(block: int, angle: Floats, orders: int = 2) -> Floats:
     if block > 1:
         waves[0, :, 1], waves[0, :, 2] = cosine, sine
     for last in range(1, block - 2, 2):
-        even, odd = waves[0, :, last], waves[0, :, last + 1]
+        even = waves[0, :, last]
+        odd = waves[0, :, last + 1]
         waves[0, :, last + 2] = even * cosine - odd * sine
         waves[0, :, last + 3] = odd * cosine + even * sine
     wave = (np.arange(block) + 1) // 2

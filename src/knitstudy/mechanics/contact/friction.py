@@ -214,7 +214,8 @@ class Coulomb(Chosen):
         """Return the shares (k,) of trial tractions (k, 3) [Pa] that friction bears at pressures (k,) [Pa]."""
         if np.isinf(self.friction):
             return np.ones(len(trial))
-        size, limit = np.linalg.norm(trial, axis=1), self.friction * pressure
+        size = np.linalg.norm(trial, axis=1)
+        limit = self.friction * pressure
         return np.where((size > limit) | (self.friction == 0), limit / np.where(size > 0, size, 1.0), 1.0)
 
     def traction(self, trial: Floats, pressure: Floats) -> tuple[Floats, Ints]:
@@ -237,7 +238,8 @@ class Coulomb(Chosen):
         status: Ints,  # (k,)
     ) -> Floats:
         """Return the derivative (k, 3, 9) of the tractions."""
-        change, slips = trial_change.copy(), status == SLIP
+        change = trial_change.copy()
+        slips = status == SLIP
         along = _directions(trial[slips])
         across = np.eye(3) - along[:, :, None] * along[:, None, :]
         share = self.share(trial[slips], pressure[slips])[:, None, None]

@@ -31,7 +31,8 @@ class Crossing:
     @classmethod
     def at(cls, angle: float) -> Crossing:
         """Return the contact at an angle between the axes, 0 < angle <= pi / 2."""
-        a, b = 0.5 * (1 - np.cos(angle)), 0.5 * (1 + np.cos(angle))
+        a = 0.5 * (1 - np.cos(angle))
+        b = 0.5 * (1 + np.cos(angle))
 
         def excess(ratio: float) -> float:
             return elliprd(0, 1, ratio**2) / elliprd(0, ratio**2, 1) - b / a  # DLMF 19.25.1
@@ -239,7 +240,8 @@ def _curve(
     angle: float, degree: int, span: float, spline_degree: int, poisson: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return q = sqrt(D / R), F / (E q^3) and the share of sticking t / (dp/dD) for rising forces, from no force on."""
-    hertz, yarn = Crossing.at(angle), patched_yarn(degree, span, spline_degree, poisson)
+    hertz = Crossing.at(angle)
+    yarn = patched_yarn(degree, span, spline_degree, poisson)
     elastic = 0.5 / (1 - poisson**2)  # E* over E
     mindlin = 0.5 * (2 - poisson) / (1 - poisson)
     beyond = far_compliance(poisson)

@@ -197,7 +197,9 @@ class Contact:
                 )
         tangents: list[sp.bsr_matrix] = []
         if stiffness:
-            width, kept, wanted = self.surfaces.block, self._pairs, 1 + self.splits
+            width = self.surfaces.block
+            kept = self._pairs
+            wanted = 1 + self.splits
             blocks, self._pairs = tangent(
                 points, weight, own, other, width, len(carried), kept, self.reserve, wanted
             )
@@ -220,7 +222,8 @@ class Contact:
                 f"{history.xi[k, 0]:.1f} of {self.surfaces.edges(history.surface[k])[0][-1]:.1f}): "
                 "a body is pulled off the other; use a smaller load, or longer yarns or bodies"
             )
-        touches, slips = points.active, points.status == SLIP
+        touches = points.active
+        slips = points.status == SLIP
         slip = points.slip.copy()
         slip[slips] *= law.share(points.trial[slips], points.pressure[slips])[:, None]
         length = law.slipped(points.trial, points.pressure)
@@ -308,7 +311,8 @@ class Contact:
         New stiffness carries nothing, and lost stiffness takes its share along: neither does work.
         """
         touched = np.flatnonzero(points.history.pressure > 0)
-        history, now = points.history[touched], points.law[touched].tangential
+        history = points.history[touched]
+        now = points.law[touched].tangential
         before = self.law.at(history.gap, angle[touched]).tangential
         share = np.minimum(before / now, now / before)
         carried = np.einsum("ki,ki->k", history.traction, history.traction) / before

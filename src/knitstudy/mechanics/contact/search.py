@@ -68,7 +68,8 @@ class Search:
         And their arcs (c,), as of `arc`, and lower bounds of their gaps (c,) [m].
         """
         cell, size, row = self._near_cells(carriers, margin)
-        surface, middle = self._surface[row], self._middles(cell, carriers)
+        surface = self._surface[row]
+        middle = self._middles(cell, carriers)
         guess = np.empty((len(row), 2))
         for number in np.unique(surface):
             here = np.flatnonzero(surface == number)
@@ -233,7 +234,8 @@ class Search:
         many = self.quadrature.per_cell
         number = np.repeat(np.arange(len(cell)), many)
         point = many * cell[number] + np.tile(np.arange(many), len(cell))
-        surface, position = surface[number], self.positions(point, carriers)
+        surface = surface[number]
+        position = self.positions(point, carriers)
         way = position - middle[number]
         guess = closest.xi[number] + np.clip(follows(closest.tangent[number], way), -FARTHEST, FARTHEST)
         least = gap[number] - np.linalg.norm(way, axis=1)

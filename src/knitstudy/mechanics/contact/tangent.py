@@ -78,7 +78,8 @@ class Quadrature:
     def on(cls, surfaces: Surfaces, carriers: Floats, points: int) -> Quadrature:
         """Place ``points`` x ``points`` Gauss points in every cell of surfaces with undeformed carriers (M, 3)."""
         position, weight = np.polynomial.legendre.leggauss(points)
-        position, weight = 0.5 * (position + 1), 0.5 * weight
+        position = 0.5 * (position + 1)
+        weight = 0.5 * weight
         edges = [surfaces.edges(number) for number in range(len(surfaces.cells))]
         sizes = [np.outer(np.diff(along), np.diff(around)).ravel() for along, around in edges]
         along, around = (np.concatenate(parts) for parts in zip(*edges, strict=True))
@@ -132,7 +133,8 @@ class CellPairs:
         count: int,  # number of all carriers
     ) -> None:
         self.key, self.block = key, block
-        runs, total = nodes[:, ::block] // block, count // block
+        runs = nodes[:, ::block] // block
+        total = count // block
         self.width = runs.shape[1]  # r
         wanted = (runs[:, :, None] * np.int64(total) + runs[:, None, :]).reshape(len(key), self.width**2)
         pattern, place = np.unique(wanted, return_inverse=True)
@@ -200,7 +202,8 @@ def stiffness(
     positive *= weight[:, None, None]
     width = own.nodes.shape[1]
     rows = np.zeros((len(active), 3, 2 * width))  # V
-    rows[:, 0, :width], rows[:, 0, width:] = own.value, -other.value
+    rows[:, 0, :width] = own.value
+    rows[:, 0, width:] = -other.value
     rows[:, 1:, width:] = other.first
     keys = np.stack([own.key, other.key], axis=1)
     keys, first, pair = np.unique(keys, axis=0, return_index=True, return_inverse=True)
@@ -210,7 +213,8 @@ def stiffness(
         nodes = np.concatenate([own.nodes[first], other.nodes[first]], axis=1)
         pairs = CellPairs(keys, nodes, block, count)
     full = inner.reshape(-1, 9, 3, 3).swapaxes(2, 3).reshape(-1, 3, BLOCKS, 3)
-    lines, inners = (rows, rows[:, :1]), (full, positive.reshape(-1, 1, BLOCKS, 1))
+    lines = (rows, rows[:, :1])
+    inners = (full, positive.reshape(-1, 1, BLOCKS, 1))
     data = reserve.arrays(*wanted * [(len(pairs.indices), block**2, BLOCKS)])
     return share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), wanted), pairs
 

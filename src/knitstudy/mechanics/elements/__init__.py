@@ -53,7 +53,8 @@ class Elements(ABC):
         displacements from where a tangent was formed; a tangent may depend on it, see `Model.advance`.
         """
         count, nodes = displacement.shape[:2]
-        force, energy = np.empty((count, nodes, 3)), np.empty(count)
+        force = np.empty((count, nodes, 3))
+        energy = np.empty(count)
         blocks = None
         if stiffness:
             blocks = np.empty((count, nodes**2, 9)) if out is None else out

@@ -171,7 +171,8 @@ class OnePointHexahedron(Hexahedra):
         material: Material,
         coefficient: float = 0.005,  # hourglass stiffness over shear stiffness; 0.005 as in C3D8R
     ) -> None:
-        volume, mean = np.zeros(len(corners)), np.zeros(corners.shape)
+        volume = np.zeros(len(corners))
+        mean = np.zeros(corners.shape)
         for gradient in GRADIENTS:
             size, spatial = jacobians(corners, gradient)
             volume += size
@@ -286,7 +287,8 @@ class InverseMap:
         """Return nodes (k, a) of the elements that points lie in, or least far out of, and where in them (k, 3)."""
         count = min(CANDIDATES, len(elements))
         near = cKDTree(self.nodes[elements].mean(axis=1)).query(points, k=np.arange(1, count + 1))[1]
-        best, outside = np.full(points.shape, np.nan), np.full(len(points), np.inf)
+        best = np.full(points.shape, np.nan)
+        outside = np.full(len(points), np.inf)
         chosen = near[:, 0].copy()
         for candidate in near.T:
             asked = np.flatnonzero(outside > 1)
@@ -314,7 +316,8 @@ def natural_coordinates(
     """
 
     def mapped(number: Ints, natural: Floats) -> tuple[Floats, Floats]:
-        own, gradient = corners[number], shape_gradient(natural, shape)
+        own = corners[number]
+        gradient = shape_gradient(natural, shape)
         return np.einsum("ka,kai->ki", shape(natural), own), np.swapaxes(own, 1, 2) @ gradient
 
     return inverted(mapped, points, np.zeros_like(points), CLOSE * np.ptp(corners, axis=1).max(axis=1))
@@ -364,7 +367,9 @@ class QuadraticHexahedron(Hexahedra):
     Raises MeshError if an element is folded at one of its points.
     """
 
-    name, meaning, nodes = "quadratic", "20 nodes on curved edges, reduced integration", NODES
+    name = "quadratic"
+    meaning = "20 nodes on curved edges, reduced integration"
+    nodes = NODES
     few = 64
 
     def __init__(
@@ -374,7 +379,8 @@ class QuadraticHexahedron(Hexahedra):
         coefficient: float = 0.0,  # of hourglass control, which it does without
     ) -> None:
         count, points = len(corners), len(GAUSS)
-        weight, gradient = np.empty((count, points)), np.empty((count, NODES, points, 3))
+        weight = np.empty((count, points))
+        gradient = np.empty((count, NODES, points, 3))
         for q, natural in enumerate(QUADRATIC_GRADIENTS):
             weight[:, q], gradient[:, :, q] = jacobians(corners, natural)
         super().__init__(corners, material, GAUSS, weight, gradient)

@@ -110,9 +110,11 @@ def _int(value: int) -> Any:
 def _routine(name: str, arguments: int) -> Callable[..., None]:
     capsule = cython_lapack.__pyx_capi__[name]
     name_of = ctypes.pythonapi.PyCapsule_GetName
-    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    name_of.restype = ctypes.c_char_p
+    name_of.argtypes = [ctypes.py_object]
     address_of = ctypes.pythonapi.PyCapsule_GetPointer
-    address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    address_of.restype = ctypes.c_void_p
+    address_of.argtypes = [ctypes.py_object, ctypes.c_char_p]
     kind = ctypes.CFUNCTYPE(None, ctypes.c_char_p, *[ctypes.c_void_p] * (arguments - 1))
     return kind(address_of(capsule, name_of(capsule)))
 
@@ -175,7 +177,8 @@ class LU:
 
     def use(self, system: System) -> None:
         """Take over a new matrix."""
-        self._matrix, self._factors = system.matrix, None
+        self._matrix = system.matrix
+        self._factors = None
 
     def release(self) -> None:
         """Forget the matrix and its factors."""
@@ -231,7 +234,8 @@ class LU:
         (negative,) = np.nonzero(pivots < 0)
         if len(negative) < 2:
             return len(negative)
-        rows, columns = U[negative], factors.L[:, negative].multiply(pivots[negative]).T
+        rows = U[negative]
+        columns = factors.L[:, negative].multiply(pivots[negative]).T
         asymmetry = abs(rows - columns).max(axis=1).toarray() / abs(rows).max(axis=1).toarray()
         return len(negative) if np.all(asymmetry < SYMMETRIC) else len(negative) % 2
 
@@ -245,7 +249,8 @@ class NodeFactors:
     """
 
     def __init__(self, matrix: sp.bsr_matrix) -> None:
-        size, nodes = matrix.blocksize[0], len(matrix.indptr) - 1
+        size = matrix.blocksize[0]
+        nodes = len(matrix.indptr) - 1
         row = np.repeat(np.arange(nodes), np.diff(matrix.indptr))
         # SciPy gives an order along with factors only: those of a matrix that surely has some.
         graph = np.where(row == matrix.indices, float(nodes), -1.0)

@@ -224,7 +224,8 @@ class Krylov:
 
     def use(self, system: System) -> None:
         """Take a new matrix; the preconditioner stays."""
-        self._system, self._fresh = system, False
+        self._system = system
+        self._fresh = False
         if self._direct is not None:
             self._direct.use(system)
 
@@ -290,18 +291,21 @@ class Krylov:
 
     def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
-        goal, rows = tolerance * state.level, Rows.of(system.matrix)
+        goal = tolerance * state.level
+        rows = Rows.of(system.matrix)
         # iterations of a fresh preconditioner
         wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)
-        start, before = float(np.linalg.norm(state.residual)), state.iterations
+        start = float(np.linalg.norm(state.residual))
+        before = state.iterations
         method = conjugate_gradients if system.unsymmetric is None else minimal_residuals
         problem = method(rows, self.preconditioner.apply, state, goal, most)
         if problem is INDEFINITE:
             self._negative = 1
         if problem:
             return problem
-        used, reached = state.iterations - before, float(np.linalg.norm(state.residual))
+        used = state.iterations - before
+        reached = float(np.linalg.norm(state.residual))
         if reached > goal:
             return f"{used} iterations reached a relative residual of {reached / state.level:.1e}, not {tolerance:.1e}"
         decades = np.log10(max(start, 1e-300) / max(reached, 1e-16 * start, 1e-300))

@@ -114,7 +114,9 @@ class YarnScale:
             added = np.stack([np.bincount(row[dropped] - low, part, high - low) for part in lump.T], axis=1)
             lumps[low - first : high - first] = added
             inside = np.flatnonzero((apart >= 0) & (apart <= bandwidth) & (column >= first))
-            apart, column, data = apart[inside], column[inside] - first, data[inside]
+            apart = apart[inside]
+            column = column[inside] - first
+            data = data[inside]
             below = np.flatnonzero(apart)
             data[np.flatnonzero(apart == 0)[:, None], AXES, AXES] += added
             for k in range(3):
@@ -217,7 +219,8 @@ class CrossingScale:
 
     def release(self) -> None:
         """Forget the factors, so that their memory can serve for new ones."""
-        self._columns, self._factors = None, []
+        self._columns = None
+        self._factors = []
 
     def correct(self, residual: Floats, correction: Floats) -> None:
         """Add the patches' correction and take its effect off the residual, both (size,) in place."""
@@ -283,7 +286,8 @@ class FabricScale:
         prolongation = self.prolongation(moved)
         effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        spread, collect = Rows.of(prolongation), Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
+        spread = Rows.of(prolongation)
+        collect = Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
         self._grid = factorise(_anchor(coarse)), spread, collect, effect
 
     def release(self) -> None:

@@ -78,7 +78,8 @@ def values(degree: int, x: Floats) -> Floats:
 def gradients(degree: int, x: Floats) -> tuple[Floats, Floats]:
     """Return phi (k, n_p) and its derivatives (k, n_p, 2) at points x (k, 2)."""
     kind = modes(degree)
-    m, j = kind.wave, (kind.degree - kind.wave) // 2
+    m = kind.wave
+    j = (kind.degree - kind.wave) // 2
     place = 2 * np.einsum("kc,kc->k", x, x)[:, None] - 1
     radial = scipy.special.eval_jacobi(j, 0, m, place)
     slope = np.where(

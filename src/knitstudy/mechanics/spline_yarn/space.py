@@ -273,7 +273,8 @@ def locate(
 
     Raises MeshError if a place is too far from its yarn.
     """
-    start, size = np.empty_like(points), np.empty(len(points))
+    start = np.empty_like(points)
+    size = np.empty(len(points))
     for number in np.unique(yarn):
         here = yarn == number
         own = space.yarns[number]

@@ -80,7 +80,8 @@ class MeanDilatation:
             slope = back.transpose(2, 1, 0)
         else:
             theta = trace + 0.5 * np.einsum("ijp,ijp->p", gradient, gradient)
-            slope, ratio = deformation, determinant(deformation.transpose(2, 0, 1))
+            slope = deformation
+            ratio = determinant(deformation.transpose(2, 0, 1))
         mean = self._means(spans, theta)
         energy = 0.5 * self.lame * (mean**2).sum(axis=1)
         return Dilatation(deformation, ratio, slope, self._pressure(spans, mean), energy)
@@ -181,7 +182,8 @@ class Spans(Elements):
     def _respond(
         self, spans: slice, displacement: Floats, out: Floats | None, step: Floats | None
     ) -> tuple[Floats, Floats]:
-        to_parent, weight = self._inverse[:, :, :, spans].reshape(3, 3, -1), self._weight[:, spans]
+        to_parent = self._inverse[:, :, :, spans].reshape(3, 3, -1)
+        weight = self._weight[:, spans]
         gradient = _product(self._parent_gradient(displacement, spans), to_parent)
         transposed = gradient.swapaxes(0, 1)
         strain = 0.5 * (gradient + transposed + _product(transposed, gradient))
@@ -262,8 +264,10 @@ class Spans(Elements):
         """
         along = self._along[:, spans]
         _, e, g, d = along.shape
-        n, count = self._full, len(tensor)
-        sums, first = SCRATCH.array("section sums", e * g, int(self._entries.max()) + 1), 0
+        n = self._full
+        count = len(tensor)
+        sums = SCRATCH.array("section sums", e * g, int(self._entries.max()) + 1)
+        first = 0
         for (alpha, beta), table in self._pairs:
             moduli = tensor.reshape(count, 3, 3, 3, 3)[:, alpha, :, beta].transpose(2, 4, 1, 3, 0)
             part = SCRATCH.array("moduli of a pair", *moduli.shape)
@@ -278,10 +282,12 @@ class Spans(Elements):
         weights = splines[:, :, :, None, :, None] * splines[:, :, None, :, None]
         weights = weights.reshape(e, 4 * g, d * d).swapaxes(1, 2)
         full = out if self._kept is None else SCRATCH.array("stiffness of all", e, (d * n) ** 2, 9)
-        sums, few = sums.reshape(e, g, -1), max(1, CLOSE // self._entries.size)
+        sums = sums.reshape(e, g, -1)
+        few = max(1, CLOSE // self._entries.size)
         for some in (slice(low, low + few) for low in range(0, e, few)):
             here = full[some]
-            rows, flat = changes[some], here.reshape(len(here), -1)
+            rows = changes[some]
+            flat = here.reshape(len(here), -1)
             products = SCRATCH.array("products of dilatations", len(here), 3 * d * n, 3 * d * n)
             np.matmul(self._dilatation.lame * rows.swapaxes(1, 2), rows, out=products)
             np.take(products.reshape(flat.shape), self._order, axis=1, out=flat, mode="clip")
@@ -336,7 +342,8 @@ def _pair_tables(table: Floats) -> tuple[list[tuple[tuple[slice, slice], np.ndar
     across, along = slice(0, 2), slice(2, 3)
     half = np.triu_indices(n)
     every = tuple(np.indices((n, n)).reshape(2, -1))
-    tables, first = [], 0
+    tables = []
+    first = 0
     places = np.empty((2, 2, n, n, 3, 3), dtype=np.intp)
     for rows, columns, (a, b) in ((across, across, half), (across, along, every), (along, along, half)):
         product = table[rows][:, None, :, a] * table[columns][None, :, :, b]

@@ -147,7 +147,9 @@ class CellOfBeams(_Beams, Cell):
 
     @model_validator(mode="after")
     def _can_have_its_second_yarn(self) -> Self:
-        count, turns, second = self.pattern.rows, self.yarn_b.rows, self.yarns[-1]
+        count = self.pattern.rows
+        turns = self.yarn_b.rows
+        second = self.yarns[-1]
         if second is self.yarn:
             if turns != ("a", "b"):
                 raise ValueError(
@@ -160,7 +162,8 @@ class CellOfBeams(_Beams, Cell):
             raise ValueError(
                 f"pattern.rows is {count} but must be a multiple of {repeat}, as of yarn_b.rows {list(turns)}"
             )
-        most, own = self.yarn.diameter, second.diameter
+        most = self.yarn.diameter
+        own = second.diameter
         if not (least := THINNEST * most) <= own <= most:
             wanted = f"from {least:g} to {most:g} m, yarn.diameter: loops are drawn for the thicker yarn"
             raise ValueError(f"yarn_b.diameter is {own:g} m but must be {wanted}")

@@ -47,7 +47,8 @@ def bend(
     corners = TURNS if scene.load.turns else AHEAD
     way = np.cumsum(np.abs(np.diff(corners, prepend=0.0)))
     count = round(way[-1] * STEPS)
-    curves, first = np.full((2, 3, count + 1), np.nan), []
+    curves = np.full((2, 3, count + 1), np.nan)
+    first = []
     ended, unstable = list[str](), list[str]()
     for along, name in enumerate(("course", "wale")):
         model = bent(scene, cell, along)
@@ -80,7 +81,8 @@ def bend(
 def bent(scene: CellOfBeams, cell: BeamCell, along: int) -> BentBeams:
     """Return the flat cell, whose lattice vector `along` is to be bent."""
     rows, flat = cell.rows, cell.model
-    state, stations = flat.start(), rows.stations
+    state = flat.start()
+    stations = rows.stations
     patch = Patch.around(
         stations.yarn,
         stations.arc_length,

@@ -56,7 +56,8 @@ class BeamKnit:
     crossings: Crossings
 
     def __post_init__(self) -> None:
-        stations, crossings = self.network.stations, self.crossings
+        stations = self.network.stations
+        crossings = self.crossings
         lower = crossings[self.tied]
         self._lower = stations.nearest(lower.yarn[:, 0], lower.arc_length[:, 0])
         at = stations.nearest(crossings.yarn, crossings.arc_length)  # (K, 2)
@@ -81,7 +82,8 @@ class BeamKnit:
         """
         contact, tied, past = self.contact, self.tied, state.contact
         assert past is not None  # of a model in contact
-        places, force = contact.places(state), past.force.copy()
+        places = contact.places(state)
+        force = past.force.copy()
         station_force = self.apart.respond(places, stiffness=False).force.reshape(-1, 6)[:, :3]
         force[tied] += (station_force + past.on_stations)[self._lower]
         # Of the points of both sections that met at rest
@@ -96,14 +98,18 @@ class BeamKnit:
 
     def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
-        contact, internal = self.contact, increment.response.energy["internal"]
+        contact = self.contact
+        internal = increment.response.energy["internal"]
         points = contact.at_points(increment.state)
         require_verified_contact(limit, increment, contact.line, points, NO_LATTICE, internal)
 
 
 def beam_knit(scene: Beams, fabric: Fabric) -> BeamKnit:
     """Return the beams of a scene; errors as of `build`."""
-    crossings, yarn, beam, law = fabric.crossings, scene.yarn, scene.beam, scene.mesh.section_law
+    crossings = fabric.crossings
+    yarn = scene.yarn
+    beam = scene.beam
+    law = scene.mesh.section_law
     contact = contact_of(scene)
     tied = tied_crossings(crossings, True, scene.contact.tied_edges, scene.load.direction)
     points = JointPoints.at_crossings(crossings, tied)

@@ -122,7 +122,8 @@ class BeamCell:
 
     def require_verified_contact(self, limit: float, increment: Increment, recorder: Recorder) -> None:
         """Refuse a state beyond the verified law of contact; raises as `require_verified_law`."""
-        model, state = self.model, self._state(increment)
+        model = self.model
+        state = self._state(increment)
         internal = model.internal_energy(increment.response)
         require_verified_contact(
             limit, increment, model.contact, model.at_points(state), model.vectors(state), internal
@@ -140,20 +141,25 @@ def build(scene: CellOfBeams, fabric: Fabric, rest: xr.Dataset | None = None) ->
         raise ConfigurationError(
             f"load.start of scene {scene.name} is {scene.load.start}, but {given} is given of shapes at rest"
         )
-    rows, contact = cell_rows(scene, fabric), contact_of(scene)
+    rows = cell_rows(scene, fabric)
+    contact = contact_of(scene)
     require_fine_beams(scene.gates.polygon, scene.mesh.beam_size, rows.polygon)
     settings = settings_of(scene.solver, touches=True, stride=STRIDE * scene.yarn.diameter)
     vectors = fabric.periods if rest is None else rest["lattice_vectors"].to_numpy()
     model = endless_beams(rows, Lattice(vectors), contact, scene.mesh.section_law)
     if rest is None:  # drawn yarns may touch
-        held, what = np.append(HELD, model.lattice_unknowns), f"the drawn cell of scene {scene.name}"
+        held = np.append(HELD, model.lattice_unknowns)
+        what = f"the drawn cell of scene {scene.name}"
         model = model.starting_at(balanced(what, model, held, replace(settings, increments=1)).state)
     else:
         model = model.starting_at(state_at_rest(rest, model))
     pressed = PressedBeams(model) if scene.load.deformation == "press" else None
-    lengths, held, whole = model.lattice.lengths, HELD, pressed or model
+    lengths = model.lattice.lengths
+    held = HELD
+    whole = pressed or model
     if pressed is not None:
-        lengths, held = np.append(lengths, pressed.thickness), BETWEEN_PLATES
+        lengths = np.append(lengths, pressed.thickness)
+        held = BETWEEN_PLATES
     motion, prescribed = cell_path(scene.load, lengths, held, whole.size)
     cell = BeamCell(rows, model, pressed)
     return Problem(

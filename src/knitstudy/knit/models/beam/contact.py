@@ -101,7 +101,8 @@ class YarnContact:
         """
         if not self.law.patch.spreads:
             return 0.0
-        nu, square = self.yarn.poisson_ratio, min(self.friction, ROUGH) ** 2
+        nu = self.yarn.poisson_ratio
+        square = min(self.friction, ROUGH) ** 2
         return max(0.0, 1 - square / (2 + square) * 12 * (1 + nu) / (7 + 8 * nu))  # nu R^2 over c
 
     def attributes(self, onset: float) -> dict[str, float]:
@@ -116,7 +117,9 @@ def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
 
     Raises MeshError if a penalty is softer than the yarns.
     """
-    beam, yarn_of, yarns = scene.beam, None, tuple[BeamYarn, ...]((scene.yarn,))
+    beam = scene.beam
+    yarn_of = None
+    yarns = tuple[BeamYarn, ...]((scene.yarn,))
     if isinstance(scene, CellOfBeams) and len(scene.yarns) > 1:
         yarns, yarn_of = scene.yarns, scene.yarn_of
 

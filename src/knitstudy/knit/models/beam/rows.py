@@ -59,7 +59,8 @@ class Rows:
 
     def tiled(self, tiling: Tiling) -> Rows:
         """Return the rows of several cells as those of one."""
-        stations, courses = self.stations, tiling.counts[0]
+        stations = self.stations
+        courses = tiling.counts[0]
         yarn = stations.yarn[tiling.place]
         return Rows(
             stations=Stations(
@@ -82,7 +83,8 @@ def divided(fabric: Fabric, size: float, repeats: Ints) -> Rows:
     lines = fabric.centrelines[: (len(fabric.centrelines) - 1) // repeats[1]]
     period = np.array([line.length for line in lines]) / repeats[0]
     count = np.maximum(np.rint(period / size), FEWEST).astype(int)
-    yarn, first = np.repeat(np.arange(len(lines)), count), np.cumsum(count) - count
+    yarn = np.repeat(np.arange(len(lines)), count)
+    first = np.cumsum(count) - count
     s = np.concatenate([np.arange(n) * length / n for n, length in zip(count, period, strict=True)])
     step = (period / count)[yarn]
     position = np.concatenate([line.position(s[yarn == k]) for k, line in enumerate(lines)])

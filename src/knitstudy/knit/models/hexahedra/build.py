@@ -99,7 +99,8 @@ def discretise(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Discr
         return parts
     contact, yarn, friction = scene.contact, scene.yarn, scene.friction
     require_seen_contact(contact.points, contact.penetration, parts.size, yarn.radius)
-    key, stiffness = "contact.tangential_stiffness", contact.tangential_stiffness
+    key = "contact.tangential_stiffness"
+    stiffness = contact.tangential_stiffness
     require_stiff_contact(key, stiffness, yarn.poisson_ratio, patch=np.pi)  # of a facet's size
     deepest = contact.penetration * parts.size
     remedy = "Use a larger contact.normal_stiffness or contact.augmentations"
@@ -118,10 +119,13 @@ def divide(scene: HexahedralScene, mesh: SweptMesh, fabric: Fabric) -> Discretis
 
     Quadratic ones are made one for each of the swept mesh. Raises MeshError if one is folded.
     """
-    kind, material, load = kind_of(scene), material_of(scene.yarn), load_of(scene) or ""
+    kind = kind_of(scene)
+    material = material_of(scene.yarn)
+    load = load_of(scene) or ""
     own: dict[str, Any]
     if kind.nodes == NODES:
-        quadratic, function = quadratic_mesh(mesh, fabric.centrelines), quadratic_shape
+        quadratic = quadratic_mesh(mesh, fabric.centrelines)
+        function = quadratic_shape
         nodes, elements, yarn, mesh = quadratic.nodes, quadratic.elements, quadratic.yarn, quadratic.corners
         grids = zip(quadratic.grids, quadratic.angles, strict=True)  # through nodes at half the spacing
         own = {
@@ -134,8 +138,11 @@ def divide(scene: HexahedralScene, mesh: SweptMesh, fabric: Fabric) -> Discretis
             "dependence": _dependence(quadratic),
         }
     else:
-        station, function = np.repeat(np.arange(mesh.slices), mesh.section.size), shape
-        nodes, elements, yarn = mesh.nodes, mesh.hexahedra, mesh.yarn_of_slice[station]
+        station = np.repeat(np.arange(mesh.slices), mesh.section.size)
+        function = shape
+        nodes = mesh.nodes
+        elements = mesh.hexahedra
+        yarn = mesh.yarn_of_slice[station]
         own = {
             "station": station,
             "bandwidth": mesh.section.size + mesh.section.bandwidth,

@@ -63,7 +63,8 @@ def heights_by_stress(fabric: Fabric, contacts: xr.Dataset, stresses: xr.Dataset
 
     Raises GeometryError if the knit has no legs, or a direction gives no height.
     """
-    angles, central = [], stresses["segment_central"].to_numpy() == 1
+    angles = []
+    central = stresses["segment_central"].to_numpy() == 1
     for name, kinds in (("interlocks", INTERLOCKS), ("legs", LEGS)):
         here = central & np.isin(stresses["segment_kind"], [KINDS.index(kind) for kind in kinds])
         if not here.any():
@@ -127,7 +128,8 @@ def planar_network(
     course = fabric.cell[1]
     if stresses is not None:
         rows = heights_by_stress(fabric, contacts, stresses)
-        contacts, course = moved(fabric, contacts, rows), rows.course
+        contacts = moved(fabric, contacts, rows)
+        course = rows.course
     corners = _with_ends(fabric, _corners(fabric, contacts, course), contacts, course)
     first = np.flatnonzero(corners.yarn[1:] == corners.yarn[:-1])  # passages from which the yarn goes on
     legs = np.column_stack([corners.number[first], corners.number[first + 1]])
@@ -167,7 +169,8 @@ def _corners(fabric: Fabric, contacts: xr.Dataset, spacing: float) -> _Corners:
     """Return corners in contact zones, and where whole yarns would have zones with the rows beyond the edges."""
     zone = contacts["centroid"].to_numpy() * [1.0, 1.0, 0.0]
     row = contacts["row"].to_numpy()
-    yarn, arc_length = contacts["yarn"].to_numpy().astype(int), contacts["arc_length"].to_numpy()
+    yarn = contacts["yarn"].to_numpy().astype(int)
+    arc_length = contacts["arc_length"].to_numpy()
     course = np.array([0.0, spacing, 0.0])
     whole = fabric.arcs is None
     feet, heads = (np.flatnonzero((row == edge) & whole) for edge in (0, fabric.cells[1] - 1))

@@ -96,8 +96,10 @@ def yarn_spans(keys: PolynomialMesh, fabric: Fabric, load: str | None) -> list[Y
 def _spans(keys: PolynomialMesh, fabric: Fabric, yarn: int, arcs: Floats, ends: Floats) -> YarnSpans:
     """Return the spans of a yarn that is gripped along arcs (a, 2), which end inside it at ends (k,) [m]."""
     radius = fabric.radius
-    length, repeats = fabric.centrelines[yarn].length, fabric.repeats
-    stations, period = fabric.places_of_a_repeat(yarn), length / repeats
+    length = fabric.centrelines[yarn].length
+    repeats = fabric.repeats
+    stations = fabric.places_of_a_repeat(yarn)
+    period = length / repeats
     # A whole yarn would go on beyond its ends as within them, an arc of a yarn ends there.
     images = period * np.arange(-1, repeats + 2) if fabric.arcs is None else np.zeros(1)
     reach = CROSSING_REACH * radius
@@ -146,8 +148,11 @@ def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None
     pairs = sum(float((own.span_sizes.astype(float) ** 2).sum()) for own in space.yarns)
     what = f"a simulation of {3 * space.size:.2g} unknowns"
     require_memory(BYTES_A_PAIR * pairs, "mesh.span", scene.mesh.span, what, power=1)
-    mesh, material = mesh or _sections(fabric), material_of(scene.yarn)
-    size, cells, contact = 2 * mesh.radius / ACROSS, (1.0, 0.0), None
+    mesh = mesh or _sections(fabric)
+    material = material_of(scene.yarn)
+    size = 2 * mesh.radius / ACROSS
+    cells = (1.0, 0.0)
+    contact = None
     if isinstance(scene, SplineYarns | PairOfSplineYarns | CellOfSplineYarns):
         keys = scene.contact
         require_integrated_contact(keys.points)
@@ -200,7 +205,8 @@ def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats,
 
     Of an endless fabric there are images as well; where yarns touch, one loop of their images continues them.
     """
-    spans, degree = yarn_spans(scene.mesh, fabric, load_of(scene)), scene.mesh.spline_degree
+    spans = yarn_spans(scene.mesh, fabric, load_of(scene))
+    degree = scene.mesh.spline_degree
     if not len(fabric.periods):
         space = _space(spans, degree)
         return space, undeformed(space, fabric), spans
@@ -263,7 +269,8 @@ def _gripped(grip: Grip, fabric: Fabric, space: Space, spans: list[YarnSpans]) -
     """Return the nodes of a grip, of all splines that do not vanish in it."""
     nodes = [np.empty(0, dtype=np.int64)]
     for yarn in np.unique(grip.yarn).tolist():
-        own, arcs = space.yarns[yarn], grip.of(yarn)
+        own = space.yarns[yarn]
+        arcs = grip.of(yarn)
         # At an end the first or the last spline alone does not vanish; the ends of arcs are sharp breaks.
         ends = arcs[arcs[:, 0] == arcs[:, 1], 0]
         splines = np.where(ends > 0.5 * fabric.centrelines[yarn].length, own.spline.size - 1, 0)
@@ -325,7 +332,9 @@ class BeamGuide:
 
     def _simulate(self, begun: float) -> None:
         """Follow the load path with beams, as far as possible; spline yarns have reached the load factor `begun`."""
-        self._loads, loads, ways = [0.0], [], []
+        self._loads = [0.0]
+        loads = []
+        ways = []
         try:
             problem = self._beams()
             for increment in problem.increments(self._report):
@@ -346,7 +355,9 @@ class BeamGuide:
     def follow(self, stations: Stations, loads: list[float], ways: list[Floats]) -> None:
         """Take the ways (S, 6) of stations, displacements [m] and rotation vectors, at rising load factors."""
         self._of_yarn = [np.flatnonzero(stations.yarn == yarn) for yarn in range(len(self._space.yarns))]
-        self._arc_length, self._loads, self._ways = stations.arc_length, loads, ways
+        self._arc_length = stations.arc_length
+        self._loads = loads
+        self._ways = ways
         # An increment asks for those of the one before again.
         self._displacement = lru_cache(maxsize=3)(self._fitted)
 

@@ -94,7 +94,8 @@ class Cell:
         """Return strains, forces per width, of a tied cell its tangent, and the columns of solid yarns."""
         state = increment.state
         columns, points = self.yarns.columns(state)
-        moved, force = self.model.stretched(state.displacement.ravel()), increment.response.force
+        moved = self.model.stretched(state.displacement.ravel())
+        force = increment.response.force
         columns["cell_strain"] = moved / self.lattice.lengths
         columns["force_per_width"] = force[self.model.lattice] * self.lattice.lengths / self.lattice.area
         if not self.yarns.touches:
@@ -142,7 +143,8 @@ def rows_and_images(fabric: Fabric, touches: bool) -> Ints:
     Where yarns touch there are images of all rows that come nearer to the rows than half a row when nothing is
     deformed, else of the first row alone.
     """
-    rows, up = rows_of(fabric), fabric.periods[1, 1]
+    rows = rows_of(fabric)
+    up = fabric.periods[1, 1]
     y = [line.curve.value(np.linspace(*line.span, SAMPLES))[:, 1] for line in fabric.centrelines[:rows]]
     lowest = np.array([values.min() for values in y]) + up * np.arange(1, FARTHEST + 1)[:, None]
     highest = max(values.max() for values in y) + 2 * fabric.radius + 0.5 * up / rows
@@ -174,7 +176,8 @@ def without_images(parts: Discretisation, fabric: Fabric, material: Material) ->
 
 def _volume(every: Callable[..., Floats], rows: Space, groups: tuple[ElementGroup, ...]) -> Floats:
     """Return the volume (N,) of every node [m3], of the image above the rows as of the first yarn."""
-    total, first = every(groups), rows.yarns[0].size
+    total = every(groups)
+    first = rows.yarns[0].size
     total[rows.size : rows.size + first] = total[:first]
     return total
 
@@ -189,7 +192,8 @@ class WrappedYarn:
 
 def _wrapped(space: Space, fabric: Fabric) -> tuple[list[WrappedYarn], Lattice]:
     """Return the yarns of all rows, and the lattice."""
-    lattice, kinds = Lattice(fabric.periods), {}
+    lattice = Lattice(fabric.periods)
+    kinds = {}
     rows = fabric.copy_of[:-1].tolist()
     for one in set(rows):
         own, curve = space.yarns[one], fabric.centrelines[one]
