@@ -7,10 +7,14 @@ values in words, error messages, ``knitstudy check``, ``keys.md`` and the identi
 
 from __future__ import annotations
 
+import ast
+import inspect
 import math
+import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache, partial
+from itertools import pairwise
 from types import NoneType, UnionType
 from typing import (
     TYPE_CHECKING,
@@ -18,16 +22,14 @@ from typing import (
     Any,
     ClassVar,
     Literal,
+    Self,
     TypeVar,
     Unpack,
-    dataclass_transform,
     get_args,
     get_origin,
 )
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
-from pydantic._internal._docs_extraction import extract_docstrings_from_cls
-from pydantic._internal._model_construction import ModelMetaclass
 from pydantic.fields import FieldInfo
 from pydantic_core import core_schema
 
@@ -124,26 +126,21 @@ class Description:
     checked: str = "none"  # the range over which results were checked
 
 
-@dataclass_transform(kw_only_default=True)
-class SectionType(ModelMetaclass):
-    """Type of sections: calling one with some of its keys takes the packaged defaults of the others."""
+if TYPE_CHECKING:  # editors and type checkers see the fields of the class
+    _Model = BaseModel
+else:
 
-    if not TYPE_CHECKING:  # editors and type checkers see the fields of the class
+    class _CalledByUsers(type(BaseModel)):
+        """Type of sections and of scenes: calling one makes it of what a user says."""
 
-        def __call__(cls, **values: Any) -> Any:
-            """Return a section; ConfigurationError where a key is unknown, missing, or has a wrong value."""
-            below = packaged_defaults().get(cls.group, {}) if cls.group else {}
-            missing = {
-                name: below[name]
-                for name, field in cls.model_fields.items()
-                if field.is_required() and name in below and name not in values
-            }
-            made = validated(cls, missing | values, cls.__name__)
-            made.__pydantic_fields_set__.difference_update(missing)
-            return made
+        def __call__(cls, **values):
+            return cls.of_user(**values)
+
+    class _Model(BaseModel, metaclass=_CalledByUsers):
+        """A model that is called by users."""
 
 
-class Section(BaseModel, metaclass=SectionType):
+class Section(_Model):
     """A group of keys that belong together.
 
     A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of the keys that are not said.
@@ -157,6 +154,22 @@ class Section(BaseModel, metaclass=SectionType):
     def __init_subclass__(cls, group: str = "", **config: Unpack[ConfigDict]) -> None:
         super().__init_subclass__(**config)
         cls.group = group or cls.group
+
+    @classmethod
+    def of_user(cls, **values: Any) -> Self:
+        """Return a section of some of its keys; ConfigurationError where a key is unknown or has a wrong value.
+
+        Other keys have their packaged defaults.
+        """
+        below = packaged_defaults().get(cls.group, {}) if cls.group else {}
+        missing = {
+            name: below[name]
+            for name, field in cls.model_fields.items()
+            if field.is_required() and name in below and name not in values
+        }
+        made = validated(cls, missing | values, cls.__name__)
+        made.__pydantic_fields_set__.difference_update(missing)
+        return made
 
 
 AnySection = TypeVar("AnySection", bound=Section)
@@ -175,7 +188,24 @@ def describe(section: type[Section], name: str) -> Description:
     return known
 
 
-_texts = cache(partial(extract_docstrings_from_cls, use_inspect=True))
+@cache
+def _texts(section: type[Section]) -> dict[str, str]:
+    """Return the texts below the keys that a section has itself; none of a section that no file describes."""
+    try:
+        source = inspect.getsource(section)
+    except OSError:
+        return {}
+    described = ast.parse(textwrap.dedent(source)).body[0]
+    assert isinstance(described, ast.ClassDef)
+    texts = {}
+    for field, below in pairwise(described.body):
+        if (
+            isinstance(field, ast.AnnAssign)
+            and isinstance(field.target, ast.Name)
+            and isinstance(below, ast.Expr)
+        ):
+            texts[field.target.id] = inspect.cleandoc(ast.literal_eval(below.value))
+    return texts
 
 
 def documented(section: type[Section], name: str) -> Description:

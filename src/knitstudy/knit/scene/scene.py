@@ -20,7 +20,7 @@ import math
 from collections.abc import Iterable, Mapping
 from functools import cached_property
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, dataclass_transform
+from typing import Any, dataclass_transform
 
 import numpy as np
 from pydantic import PrivateAttr, ValidationError
@@ -28,7 +28,7 @@ from pydantic import PrivateAttr, ValidationError
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
-from knitstudy.knit.scene.keys import Section, SectionType, describe, lists, said, section, tuples, validated
+from knitstudy.knit.scene.keys import Section, describe, lists, said, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
     MODELS,
     Kind,
@@ -69,19 +69,7 @@ NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 
 @dataclass_transform(kw_only_default=True)
-class SceneType(SectionType):
-    """Type of classes of scenes: calling one with what a user says returns a scene of the kind that this names."""
-
-    if not TYPE_CHECKING:  # editors and type checkers see the fields of the class
-
-        def __call__(cls, **parts: Any) -> Any:
-            """Return a scene; ConfigurationError where a key is unknown or has a wrong value."""
-            document = {name: said(part) for name, part in parts.items()}
-            labels = _labels(cls) | {"knit": document.get("name", NAMELESS)}
-            return cls.from_dict(labels | document, "scene", packaged_defaults())
-
-
-class Scene(Part, metaclass=SceneType):
+class Scene(Part):
     """One simulation; `to_dict` and `from_dict` translate to and from plain nested mappings.
 
     Attributes
@@ -98,6 +86,13 @@ class Scene(Part, metaclass=SceneType):
     solver: Newton = section()
     gates: Gates = section()
     _defaults: Mapping[str, Any] = PrivateAttr(default_factory=dict)
+
+    @classmethod
+    def of_user(cls, **parts: Any) -> Scene:
+        """Return the scene of the kind that a user says; ConfigurationError where a key is unknown or wrong."""
+        document = {name: said(part) for name, part in parts.items()}
+        labels = _labels(cls) | {"knit": document.get("name", NAMELESS)}
+        return cls.from_dict(labels | document, "scene", packaged_defaults())
 
     @classmethod
     def from_dict(
