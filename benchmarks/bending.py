@@ -23,11 +23,11 @@ from knitstudy.knit.models.beam.cell import HELD
 from knitstudy.knit.models.beam.cell import build as build_beams
 from knitstudy.knit.models.spline_yarns.build import discretise
 from knitstudy.knit.models.spline_yarns.cell import problem, rows_of
-from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.periodic import PeriodicModel
+from knitstudy.mechanics.cells.solids import PeriodicModel
+from knitstudy.mechanics.core.arrays import Floats
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 STRAINS = (0.01, 0.02, 0.03)
 ANGLE = 0.02  # of a period [rad]

@@ -20,10 +20,10 @@ from knitstudy.knit.loading.run import Run
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.simulate import build, simulate
-from knitstudy.mechanics.batches import serial_blas
-from knitstudy.mechanics.linear import System
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.model import eliminate
+from knitstudy.mechanics.core.batches import serial_blas
+from knitstudy.mechanics.core.linear import System
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import eliminate
 from knitstudy.run.stages import STAGES
 from knitstudy.use.decks.deck import specimen_deck
 from knitstudy.use.decks.inp import write_inp

@@ -43,10 +43,10 @@ from knitstudy.knit.yarns.joints import (
 )
 from knitstudy.knit.yarns.network import NetworkObserver, loaded, spatial_network
 from knitstudy.measures.response import largest_out_of_plane
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate

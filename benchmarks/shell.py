@@ -23,8 +23,8 @@ from knitstudy import load_scene, simulate
 from knitstudy.errors import ConvergenceError
 from knitstudy.files import write_table
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS, Law, Patch
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, measured, strip_of
 
 KEPT = RESOURCES / "shells.csv"

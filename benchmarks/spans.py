@@ -14,12 +14,12 @@ import time
 
 import numpy as np
 
-from knitstudy.mechanics.assembly import MANY
-from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.core.assembly import MANY
+from knitstudy.mechanics.core.basis import quadrature, size
+from knitstudy.mechanics.core.batches import serial_blas
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.spline_yarn.basis import quadrature, size
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 SPLINE, SPAN, BEND = 3, 0.9, 0.3  # degree along the yarn; length of a span and curvature in radii
 LARGE = 1000  # rows of the large matrices

@@ -22,7 +22,7 @@ from knitstudy.files import write_table
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import read_yarn
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.tables.fabrics import FORCES, Pulled
 
 KEPT = RESOURCES / "unknowns.csv"

@@ -50,10 +50,7 @@ def main(meshes=(48, 96), picture=None):
             *_, pulled = rods.path(pull, steps=1)
             turn = 1.3 * known / section.GJ
             twist = {0: CLAMPED, count: End(move=(np.nan, 0, 0), turn=(turn, 0, 0), force=(tension, 0, 0))}
-            path = [
-                (each.support[count, 3], each.lowest_stiffness)
-                for each in rods.path(twist, 12, pulled)
-            ]
+            path = [(each.support[count, 3], each.lowest_stiffness) for each in rods.path(twist, 12, pulled)]
             moment, lowest = np.array(path).T
             bracket.append(float(CubicSpline(moment, lowest).roots(extrapolate=False)[0]))
         found.append(bracket[-1])

@@ -20,7 +20,7 @@ from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.beams.pair_search import PairSearch
-from knitstudy.mechanics.rotation import Halfway, exp, log
+from knitstudy.mechanics.core.rotation import Halfway, exp, log
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.simulations import simulate
 

@@ -17,7 +17,7 @@ from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHisto
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.tangent import Quadrature
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
 
 APART = ~np.eye(2, dtype=bool)
 

@@ -14,7 +14,7 @@ from knitstudy.knit.contacts.kinematics import (
 from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.core.rotation import exp
 
 RADIUS = 0.9e-3
 X, Y, Z = np.eye(3)

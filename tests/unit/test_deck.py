@@ -14,7 +14,7 @@ from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit
 from knitstudy.knit.mesh.mesher import mesh_scene
 from knitstudy.knit.models.hexahedra.build import divide
-from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
+from knitstudy.mechanics.solids.elements.hexahedron import QuadraticHexahedron
 from knitstudy.use.decks.cell import cell_deck
 from knitstudy.use.decks.deck import Interaction, specimen_deck
 from knitstudy.use.decks.inp import write_inp

@@ -24,8 +24,8 @@ from knitstudy.knit.loading.gates import (
 from knitstudy.knit.loading.history import Motion, Recorder, Stations
 from knitstudy.knit.loading.overlap import Repeats, largest_overlap
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.core.increment import Increment
+from knitstudy.mechanics.core.model import Response
 
 END = 2.0  # m
 LOAD = np.linspace(0, 1, 5)

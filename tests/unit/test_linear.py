@@ -7,12 +7,12 @@ import pytest
 import scipy.sparse as sp
 from refusals import refusal
 
-from knitstudy.mechanics import pattern_sum
-from knitstudy.mechanics.linear import LU, System
-from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import FabricScale, KnitStructure
-from knitstudy.mechanics.model import eliminate
-from knitstudy.mechanics.pattern_sum import PatternSum
+from knitstudy.mechanics.core import pattern_sum
+from knitstudy.mechanics.core.linear import LU, System
+from knitstudy.mechanics.core.linear.krylov import Krylov
+from knitstudy.mechanics.core.linear.three_scale import FabricScale, KnitStructure
+from knitstudy.mechanics.core.model import eliminate
+from knitstudy.mechanics.core.pattern_sum import PatternSum
 
 COUNT = 60
 

@@ -14,9 +14,9 @@ from knitstudy.knit.loading.gates import require_closed_ledger
 from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.model import Memoryless, Response
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.model import Memoryless, Response
 
 CORNERS = np.array([[0, 0, -1e-5], [3e-5, 0, -1e-5], [3e-5, 6e-5, -1e-5], [0, 0, 0]])
 QUARTERS = (0.25, 0.5, 0.75, 1.0)

@@ -12,7 +12,6 @@ from refusals import refusal
 from scipy.optimize import brentq
 
 from knitstudy.files import read_dataset, write_dataset
-from knitstudy.mechanics.membrane import ExponentialLaw, forces_per_width
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
@@ -28,6 +27,7 @@ from knitstudy.use.fabric_law import (
     membrane,
 )
 from knitstudy.use.measured_curve import read_curve
+from knitstudy.use.membrane_law import ExponentialLaw, forces_per_width
 
 FORM = np.array([[3.0, 1.0, 0.2], [1.0, 5.0, 0.1], [0.2, 0.1, 0.8]])
 COUPLED = ExponentialLaw(FORM, np.array([0.5, 0.2]), np.array([[4.0, -2.0, 0.5], [-1.0, 3.0, 2.0]]))

@@ -13,7 +13,8 @@ from knitstudy.knit.mesh.quadratic import quadratic_mesh
 from knitstudy.knit.mesh.quality import check_folding
 from knitstudy.knit.mesh.section import Grading, Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
-from knitstudy.mechanics.elements.hexahedron import (
+from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.solids.elements.hexahedron import (
     CORNERS,
     NATURAL,
     InverseMap,
@@ -22,7 +23,6 @@ from knitstudy.mechanics.elements.hexahedron import (
     quadratic_shape,
     shape,
 )
-from knitstudy.mechanics.materials.isotropic import Hencky
 
 
 def volumes(mesh):

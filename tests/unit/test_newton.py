@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from refusals import REFUSED, refusal
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.increment import (
+from knitstudy.mechanics.core.increment import (
     TRIALS,
     PrescribedDisplacement,
     Rate,
@@ -19,9 +19,9 @@ from knitstudy.mechanics.increment import (
     extrapolated,
     line_search,
 )
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.model import Memoryless, Response
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import Memoryless, Response
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from refusals import refusal
 from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build
-from knitstudy.mechanics.batches import VARIABLE, Reserve, by_parts, share, threads
 from knitstudy.mechanics.contact.friction import ContactHistory
-from knitstudy.mechanics.solid import SolidState
+from knitstudy.mechanics.contact.solid import SolidState
+from knitstudy.mechanics.core.batches import VARIABLE, Reserve, by_parts, share, threads
 
 
 @pytest.mark.parametrize("value", ["x", "0", "-1", "1.5", ",2", "x,2", "²"])
@@ -53,7 +53,7 @@ def test_shared_work_may_share(monkeypatch):
 
 STARTED = """
 import signal, threading
-from knitstudy.mechanics.batches import share
+from knitstudy.mechanics.core.batches import share
 start = threading.Thread.start
 def interrupted(thread):
     start(thread)
@@ -112,7 +112,7 @@ def test_forces_and_tangents_do_not_depend_on_threads(monkeypatch, plain_scene, 
 CLEARED = """
 import resource
 import numpy as np
-from knitstudy.mechanics.batches import reuse_memory
+from knitstudy.mechanics.core.batches import reuse_memory
 reuse_memory()
 for _ in range(2):
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt

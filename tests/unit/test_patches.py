@@ -10,8 +10,8 @@ from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, tie_crossings
-from knitstudy.mechanics.contact.compliance import moments, polar_rule, surface_compliance
 from knitstudy.mechanics.contact.indentation import indentation
+from knitstudy.mechanics.core.cylinder import moments, polar_rule, surface_compliance
 from knitstudy.run.configuration import load_scene
 
 MODULUS = 1.3e9

@@ -14,8 +14,8 @@ from knitstudy.knit.loading.history import Motion, Recorder, Stations
 from knitstudy.knit.loading.run import Progress, Run
 from knitstudy.knit.loading.solve import Checkpoint
 from knitstudy.knit.simulate import solve
-from knitstudy.mechanics.increment import Increment, Rate
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.core.increment import Increment, Rate
+from knitstudy.mechanics.core.model import Response
 from knitstudy.run.configuration import load_scene
 
 STILL = {"centreline_displacement": np.zeros((1, 3))}

@@ -8,11 +8,11 @@ from scipy.interpolate import BSpline
 
 from knitstudy.knit.mesh.mesher import sampled_sections
 from knitstudy.knit.models.spline_yarns.build import discretise
+from knitstudy.mechanics.core import basis as disc
+from knitstudy.mechanics.core.basis import Spline
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.basis import Spline
-from knitstudy.mechanics.spline_yarn.space import Space, locate, shape, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, locate, shape, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 from knitstudy.paper.tables.endless_knit import moduli
 from knitstudy.run.configuration import load_scene
 from knitstudy.use.decks.fabric import SHELL_ENTRIES, section_matrix, shell_entries, write_shell

@@ -17,7 +17,6 @@ from knitstudy import fabric_sheet, simulate
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import KEYS, diameter_of, known_yarns, read_yarn
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
-from knitstudy.mechanics.membrane import forces_per_width
 from knitstudy.paper.tables import fabrics
 from knitstudy.paper.tables.fabrics import (
     Pulled,
@@ -28,6 +27,7 @@ from knitstudy.paper.tables.fabrics import (
 )
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
+from knitstudy.use.membrane_law import forces_per_width
 
 ROOT = Path(__file__).parents[2]
 YARNS = sorted(known_yarns())

@@ -12,11 +12,11 @@ from knitstudy.knit.yarns.discretisation import yarn_surfaces
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, Grids
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.increment import PrescribedDisplacement
+from knitstudy.mechanics.contact.solid import Penetration, SolidModel
+from knitstudy.mechanics.core.increment import PrescribedDisplacement
 from knitstudy.mechanics.materials import MATERIALS
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.elements.hexahedron import OnePointHexahedron
 
 MODULUS = 1300.0
 POISSON = 0.4

@@ -14,10 +14,10 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.rotation import exp
 
 RADIUS, MODULUS, POISSON = 0.9e-3, 1.3e9, 0.42
 SECTION = BeamSection.circular(2 * RADIUS, MODULUS, POISSON)

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.hexahedron import EDGES, OnePointHexahedron
+from knitstudy.mechanics.contact.solid import SolidModel
 from knitstudy.mechanics.materials import MATERIALS
 from knitstudy.mechanics.materials.transversely_isotropic import TransverselyIsotropic
-from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.elements.hexahedron import EDGES, OnePointHexahedron
 
 LAWS = sorted(MATERIALS.names())
 ISOTROPIC = [name for name in LAWS if not MATERIALS.find(name).directional]

@@ -5,8 +5,8 @@ import scipy.sparse as sp
 from hexahedral_block import made_of
 from scipy.sparse.linalg import splu
 
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 RADIUS, YOUNG, POISSON = 0.9, 1300.0, 0.4
 SHEAR = YOUNG / (2 * (1 + POISSON))

@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 
 from knitstudy.knit.loading.history import FORMS
 from knitstudy.mechanics.beams.laws import Power
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.core.rotation import exp
 
 LENGTH, FRICTION, PRESS, DRAG = 30e-3, 0.3, 0.2e-3, 0.6e-3
 

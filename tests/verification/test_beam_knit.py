@@ -11,10 +11,10 @@ from knitstudy.knit.models.spline_yarns import build as guided
 from knitstudy.knit.models.spline_yarns.build import discretise
 from knitstudy.knit.simulate import build, solve
 from knitstudy.knit.yarns.network import grips, tension
-from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.core.increment import Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.rotation import exp
 from knitstudy.run.configuration import load_scene
 
 

@@ -18,11 +18,12 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.bent import BentBeams, Patch
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU, factorise
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
+from knitstudy.mechanics.cells.beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.cells.bent import BentBeams, Patch
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU, factorise
+from knitstudy.mechanics.core.load_path import trace
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.stages import STAGES
 

@@ -12,13 +12,13 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import simulate, solve
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.hexahedron import QuadraticHexahedron
-from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.contact.solid import SolidModel
+from knitstudy.mechanics.core.increment import PrescribedDisplacement
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 from knitstudy.mechanics.materials.isotropic import StVenantKirchhoff
-from knitstudy.mechanics.solid import SolidModel
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.elements.hexahedron import QuadraticHexahedron
 from knitstudy.run.configuration import load_scene
 from knitstudy.use.decks.cell import cell_deck
 from knitstudy.use.decks.deck import Deck, Step, specimen_deck

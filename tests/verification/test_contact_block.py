@@ -10,11 +10,11 @@ from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.grids import Grid
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.rotation import exp
-from knitstudy.mechanics.solid import Penetration
+from knitstudy.mechanics.contact.solid import Penetration
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.rotation import exp
 
 SIZE = 0.25  # element size that stiffnesses refer to
 

@@ -9,9 +9,9 @@ from hexahedral_block import unknowns
 from scipy.optimize import brentq
 
 from knitstudy.mechanics.contact.friction import SLIP
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 THICKNESS, WIDTH = 0.01, 0.1  # of the belt, over the radius of the drum
 

@@ -8,14 +8,14 @@ from contact_bodies import MODULUS, POISSON, back, crossed_yarns, law, touching
 from hexahedral_block import unknowns
 
 from knitstudy.mechanics.contact.friction import ContactHistory
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU, factorise
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.contact.solid import Penetration, SolidModel
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU, factorise
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import Response
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.solid import Penetration, SolidModel
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.elements.hexahedron import OnePointHexahedron
 
 DIAMETER, LENGTH, PRESS = 1.0, 2.0, 0.05
 

@@ -5,26 +5,18 @@ import pytest
 from numpy.polynomial import chebyshev
 from scipy.optimize import brentq
 
-from knitstudy.mechanics.contact.compliance import (
-    ACROSS,
-    ALONG,
-    FAR,
-    LENGTH,
-    NORMAL,
-    PHASE,
-    computed_far_compliance,
-    far_compliance,
-)
+from knitstudy.mechanics.contact.compliance import FAR, LENGTH, PHASE, computed_far_compliance, far_compliance
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import Crossing, indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.contact.solid import SolidModel
+from knitstudy.mechanics.core.cylinder import ACROSS, ALONG, NORMAL
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 CELL = 0.25
 

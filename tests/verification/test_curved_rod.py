@@ -16,9 +16,9 @@ from knitstudy.mechanics.beams.curved_rod import (
     section_compliance,
 )
 from knitstudy.mechanics.contact import compliance as rod_patch
-from knitstudy.mechanics.contact.compliance import APART, _beam_patch, cylinder_patch
+from knitstudy.mechanics.core import basis as disc
+from knitstudy.mechanics.core.cylinder import APART, _beam_patch, cylinder_patch
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.spline_yarn import basis as disc
 
 NU = 0.42
 AREA, INERTIA = np.pi, np.pi / 4  # of radius 1

@@ -20,7 +20,7 @@ import pytest
 from knitstudy.errors import ConvergenceError, KnitstudyError
 from knitstudy.files import read_dataset, write_dataset, write_text
 from knitstudy.knit.loading.run import Run
-from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.core.batches import serial_blas
 from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES

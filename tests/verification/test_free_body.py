@@ -5,10 +5,10 @@ from contact_bodies import MODULUS, back, drive, law, reaction, together, yarn
 from curves import Straight
 
 from knitstudy.knit.mesh.section import Section
-from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.model import DRAG, FADED
+from knitstudy.mechanics.core.increment import Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import DRAG, FADED
 
 SIZE, RADIUS, GAP = 0.4, 1.0, 0.01
 DOWN = np.array([0, 0, -1.0])

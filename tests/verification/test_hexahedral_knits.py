@@ -9,9 +9,9 @@ from knitstudy.knit.loading.run import IN_MEMORY
 from knitstudy.knit.mesh.mesher import mesh_scene, sampled_sections
 from knitstudy.knit.simulate import build, solve
 from knitstudy.measures.response import ledger_gap
-from knitstudy.mechanics.batches import VARIABLE
-from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.core.batches import VARIABLE
+from knitstudy.mechanics.core.increment import Settings
+from knitstudy.mechanics.core.load_path import trace
 from knitstudy.run.configuration import load_scene
 
 

@@ -16,14 +16,14 @@ from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.indentation import indentation
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.contact.solid import SolidModel
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.rotation import turns
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.rotation import turns
-from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 NU = 0.3  # of yarns of unit radius and modulus
 PUSHED = (0.1, 0.2)  # way of the upper yarn's ends

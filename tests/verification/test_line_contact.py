@@ -13,8 +13,9 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.periodic import EndlessBeams, Lattice
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.cells.beams import EndlessBeams
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.core.rotation import exp
 
 D = 1.0
 FAR_AWAY = 100 * np.eye(2, 3)

@@ -7,10 +7,10 @@ import scipy.sparse as sp
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.simulate import build
 from knitstudy.knit.yarns.solids import linear_solver
-from knitstudy.mechanics.linear import LU, NodeFactors, System, factorise
-from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.model import eliminate
+from knitstudy.mechanics.core.linear import LU, NodeFactors, System, factorise
+from knitstudy.mechanics.core.linear.krylov import Krylov
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import eliminate
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ import pytest
 from refusals import refusal
 from scipy.optimize import brentq
 
-from knitstudy.mechanics.membrane import ExponentialLaw, MembraneModel, forces_per_width, rectangle, strains
 from knitstudy.use.fabric_law import stretch_strip
+from knitstudy.use.membrane_law import ExponentialLaw, MembraneModel, forces_per_width, rectangle, strains
 
 # A fabric with a J-shaped curve that contracts nearly as much as it stretches [N/m]
 FABRIC = ExponentialLaw(

@@ -11,9 +11,9 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.models.spline_yarns.build import discretise
 from knitstudy.knit.models.spline_yarns.cell import FIXED, assemble
 from knitstudy.knit.simulate import simulate
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 from knitstudy.run.configuration import load_scene
 
 PULLED = {"load.strain": 0.05, "solver.increments": 4}

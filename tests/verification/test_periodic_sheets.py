@@ -3,11 +3,12 @@
 import numpy as np
 import scipy.sparse as sp
 
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.cells.solids import condensed, seam
+from knitstudy.mechanics.contact.solid import SolidModel
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.periodic import Lattice, condensed, seam
-from knitstudy.mechanics.solid import SolidModel
-from knitstudy.mechanics.spline_yarn.space import Space, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.spline_yarn.space import Space, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 RADIUS, YOUNG, POISSON = 0.9, 1300.0, 0.3
 SHEAR = YOUNG / (2 * (1 + POISSON))

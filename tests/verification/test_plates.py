@@ -16,8 +16,9 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Mixed, Patch, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
-from knitstudy.mechanics.periodic import EndlessBeams, Lattice
-from knitstudy.mechanics.plates import PressedBeams
+from knitstudy.mechanics.cells.beams import EndlessBeams
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.cells.plates import PressedBeams
 from knitstudy.run import simulations
 from knitstudy.run.configuration import load_scene
 

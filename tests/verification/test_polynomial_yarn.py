@@ -19,7 +19,7 @@ from polynomial_rods import (
     straight,
 )
 
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.core.rotation import exp
 
 laws = pytest.mark.parametrize("law", LAWS)
 

@@ -10,9 +10,9 @@ from knitstudy.knit.simulate import build
 from knitstudy.knit.yarns.network import grips, problem, tension
 from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.increment import Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.core.increment import Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 
 @pytest.fixture(scope="module")

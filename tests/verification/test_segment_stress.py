@@ -13,8 +13,8 @@ from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.models.spline_yarns import build as spline_yarns
 from knitstudy.knit.simulate import simulate
 from knitstudy.knit.stress import stress
+from knitstudy.mechanics.contact.solid import cauchy_stress
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.solid import cauchy_stress
 from knitstudy.run.configuration import load_scene
 
 DISCRETISE = {"hexahedra": hexahedra.discretise, "spline_yarns": spline_yarns.discretise}

@@ -17,9 +17,9 @@ from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LineHistory
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.laws import CrossedCylinders
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 NU, BEAM = 0.3, 2.5
 LAW = CrossedCylinders.elastic(1.0, NU, 1.0)

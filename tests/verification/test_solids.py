@@ -8,8 +8,16 @@ import pytest
 from hexahedral_block import ISOTROPIC, LAWS, block, connect, solid, unknowns, with_middles
 from refusals import refusal
 
-from knitstudy.mechanics.elements import hexahedron
-from knitstudy.mechanics.elements.hexahedron import (
+from knitstudy.mechanics.contact.solid import SolidModel, SolidState
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import Memoryless
+from knitstudy.mechanics.core.rotation import exp
+from knitstudy.mechanics.materials import Material
+from knitstudy.mechanics.materials.isotropic import Hencky
+from knitstudy.mechanics.solids.elements import hexahedron
+from knitstudy.mechanics.solids.elements.hexahedron import (
     CORNERS,
     GAUSS,
     NATURAL,
@@ -17,14 +25,6 @@ from knitstudy.mechanics.elements.hexahedron import (
     QuadraticHexahedron,
     jacobians,
 )
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.model import Memoryless
-from knitstudy.mechanics.rotation import exp
-from knitstudy.mechanics.solid import SolidModel, SolidState
 
 
 @dataclasses.dataclass(frozen=True)

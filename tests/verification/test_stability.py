@@ -16,8 +16,9 @@ from knitstudy.knit.models.beam.cell import HELD, build
 from knitstudy.knit.models.beam.contact import contact_of
 from knitstudy.knit.models.beam.rest import Cell, around_first_node, relax, tangent
 from knitstudy.knit.models.beam.rows import cell_rows
-from knitstudy.mechanics.stability import Waves, lowest_mode
-from knitstudy.mechanics.tiling import Tiling
+from knitstudy.mechanics.cells.tiling import Tiling
+from knitstudy.mechanics.cells.waves import Waves
+from knitstudy.mechanics.core.stability import lowest_mode
 
 COARSE = {"load.largest_force": None, "load.strain": 0.01, "mesh.beam_size": 0.8}
 

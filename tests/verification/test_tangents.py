@@ -31,11 +31,11 @@ from knitstudy.mechanics.beams.curved_rod import CurvedSection
 from knitstudy.mechanics.beams.laws import LAYERS, CrossedCylinders, Mixed, Patch, Power
 from knitstudy.mechanics.contact.friction import SLIP, STICK, ContactHistory
 from knitstudy.mechanics.contact.indentation import indentation
+from knitstudy.mechanics.contact.solid import SolidState
+from knitstudy.mechanics.core.rotation import Halfway, exp
 from knitstudy.mechanics.materials import VOIGT
-from knitstudy.mechanics.membrane import MembraneModel, forces_per_width, green
-from knitstudy.mechanics.rotation import Halfway, exp
-from knitstudy.mechanics.solid import SolidState
 from knitstudy.run.configuration import knits_of, load_scenes
+from knitstudy.use.membrane_law import MembraneModel, forces_per_width, green
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from hexahedral_block import block, with_middles
 from polynomial_rods import INERTIA, RADIUS, Rod
 from refusals import REFUSED, refusal
 
-from knitstudy.mechanics.elements.hexahedron import OnePointHexahedron, QuadraticHexahedron
+from knitstudy.mechanics.core.rotation import exp
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.materials.transversely_isotropic import TransverselyIsotropic
-from knitstudy.mechanics.rotation import exp
+from knitstudy.mechanics.solids.elements.hexahedron import OnePointHexahedron, QuadraticHexahedron
 
 YARN = TransverselyIsotropic(1300.0, 400.0, 0.42, 0.25, 150.0)
 LENGTH = 6.0

@@ -22,7 +22,8 @@ from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import CrossedCylinders, Mixed, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
-from knitstudy.mechanics.periodic import EndlessBeams, Lattice
+from knitstudy.mechanics.cells.beams import EndlessBeams
+from knitstudy.mechanics.cells.lattice import Lattice
 from knitstudy.run.configuration import load_scene
 
 KNOWN = yaml.safe_load(Path(__file__).with_name("endless_beams.yaml").read_text())

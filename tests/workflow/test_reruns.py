@@ -49,7 +49,7 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
 
 
 def test_code_of_models_runs_every_simulation_and_no_mesh(checkout, edited):
-    edited("src/knitstudy/mechanics/newton.py", "\n\n\n", "\n\n\n# A better comment.\n")
+    edited("src/knitstudy/mechanics/core/newton.py", "\n\n\n", "\n\n\n# A better comment.\n")
     jobs = {job for job in checkout.jobs() if job.startswith(("Lay", "Mesh", "Simulate"))}
     assert {"Simulate dns-isotropic-course-coarse", "Simulate dns-tie-course-coarse"} <= jobs
     assert not [job for job in jobs if job.startswith(("Mesh", "Lay"))]

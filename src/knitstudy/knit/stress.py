@@ -29,11 +29,11 @@ from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.models.spline_yarns import SplineScene
 from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
-from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.contact.solid import cauchy_stress, principal_axes
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import VOIGT, Material, axes_along, material_of
-from knitstudy.mechanics.solid import cauchy_stress, principal_axes
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace, deformation_gradient, sections
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.spline_yarn.space import Space, YarnSpace, deformation_gradient, sections
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import deformed_centrelines
 from knitstudy.measures.summary import Quantity
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 GRID = 300  # places in either direction at which a cell is looked at: the cover is within 0.003
 STEP = 0.1  # distance of points along yarns, in radii

@@ -17,8 +17,8 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures import response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import HEXAHEDRA, Reference, discretisation, made_of, reference_of
-from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.laws import LAWS
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.columns import FORCE, RMS_U_Z, SECANT, STRAIN, U_Z, Rows, Simulation
 from knitstudy.paper.scene_names import (
     BEAM_MODELS,

@@ -22,7 +22,7 @@ from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import Scene, questions
-from knitstudy.mechanics.batches import VARIABLE, threads
+from knitstudy.mechanics.core.batches import VARIABLE, threads
 from knitstudy.run.plan import Plan, with_digits
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store, warn_of_another
 

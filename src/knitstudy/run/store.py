@@ -31,7 +31,7 @@ from knitstudy.files import (
 )
 from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
 from knitstudy.knit.scene.scene import LABELS, NOTHING, Scene, flat
-from knitstudy.mechanics.batches import serial_blas
+from knitstudy.mechanics.core.batches import serial_blas
 from knitstudy.run.plan import Step
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time

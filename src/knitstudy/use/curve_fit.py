@@ -23,7 +23,7 @@ from scipy.stats import f as fisher
 from scipy.stats import norm
 
 from knitstudy.errors import DataFileError
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 LEVEL = 0.95  # of the intervals
 SIMULATED, GRID = 7, 1001  # frictions that are simulated, and those that a curve is interpolated at

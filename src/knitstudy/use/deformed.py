@@ -30,7 +30,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.measures.response import motion
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.use.solids import (
     BAR,
     FRONT,

@@ -6,7 +6,7 @@ States are stretches and the forces per width with them.
 largest tension where that is more than its shear, shear over its largest shear force where that is more. So a soft path
 counts as a stiff one, and shear, which is softer than tension by physics, has a scale of its own. The other kind of
 force is over the largest one of all paths: the tension that a law has in a shear whose edges are free would otherwise
-outweigh, over the few N/m of the shear, all tension. Weights of the law (`mechanics.membrane_law`) are not
+outweigh, over the few N/m of the shear, all tension. Weights of the law (`use.membrane_law`) are not
 negative and forces linear in them: of a dictionary of quadratic and exponential terms, non-negative least squares
 (Lawson and Hanson 1974, chapter 23) find the nearest convex law and choose its terms; terms that are not needed for the
 wanted error go, one by one. Intervals follow from linear least squares with Student's t for the terms that stay, as if
@@ -29,12 +29,12 @@ from scipy.stats import t as student
 
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.files import STRAINS
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.increment import PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.membrane import (
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
+from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.use.membrane_law import (
     ExponentialLaw,
     MembraneLaw,
     MembraneModel,

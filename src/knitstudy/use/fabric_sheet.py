@@ -47,7 +47,7 @@ from knitstudy.knit.scene.sections import INLAY
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import yarn_in_a_stitch
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.run.inputs import SHARE, STEP, Changed, changed, inputs_of
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes

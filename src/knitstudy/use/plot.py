@@ -19,8 +19,8 @@ from knitstudy.files import STRAINS
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.measures.summary import kind_of, require_layout, touched
+from knitstudy.mechanics.contact.solid import principal_axes
 from knitstudy.mechanics.materials import FULL
-from knitstudy.mechanics.solid import principal_axes
 from knitstudy.use import deformed
 from knitstudy.use.measured_curve import STRAIN, curve_table, force_over_strain, loss_of_cycle
 from knitstudy.use.style import (

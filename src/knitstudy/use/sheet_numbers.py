@@ -12,7 +12,7 @@ import xarray as xr
 from knitstudy.files import STRAINS
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.measures.construction import at_rest
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.use.decks.fabric import section_matrix
 from knitstudy.use.measured_curve import (
     ENERGY,

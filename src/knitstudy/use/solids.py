@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from knitstudy.errors import KnitstudyError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.use.style import (
     DOUBLE,
     INCH,

@@ -32,12 +32,12 @@ from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.spline_yarns import SplineScene
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.stress import hexahedral_cell_stress, stressed_points, undeformed_splines
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.elements import ELEMENTS
-from knitstudy.mechanics.elements.hexahedron import NODES
+from knitstudy.mechanics.contact.solid import principal_axes, von_mises
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.materials import Material, material_of
-from knitstudy.mechanics.solid import principal_axes, von_mises
-from knitstudy.mechanics.spline_yarn.space import Space, locate
+from knitstudy.mechanics.solids.elements import ELEMENTS
+from knitstudy.mechanics.solids.elements.hexahedron import NODES
+from knitstudy.mechanics.solids.spline_yarn.space import Space, locate
 
 if TYPE_CHECKING:
     from meshio import Mesh

@@ -23,9 +23,9 @@ from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.indentation import Crossing
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 MODULUS = "indentation_modulus"  # attribute of histories of yarns whose local indentation is a law: E* [Pa]
 # Angle below which yarns count as crossing at it: side by side they touch along a line, which has no end.

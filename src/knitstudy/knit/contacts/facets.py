@@ -12,9 +12,9 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 

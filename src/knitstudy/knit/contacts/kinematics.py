@@ -14,8 +14,8 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.rotation import log
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.rotation import log
 
 # Layers of elements that a section is: the one that the crossing lies in, and its neighbours on either side. Where the
 # mesh is refined there are as many more, and nodes count by the area that they stand for.
@@ -144,7 +144,7 @@ def twist(rotation: Floats, axis: Floats) -> Floats:
 
     Examples
     --------
-    >>> from knitstudy.mechanics.rotation import exp
+    >>> from knitstudy.mechanics.core.rotation import exp
     >>> turn = exp(np.array([[0.0, 0.0, 0.3]]))
     >>> twist(turn, np.array([[0.0, 0.0, 1.0]])).round(6).tolist()
     [0.3]

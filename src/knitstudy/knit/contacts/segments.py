@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.knit.geometry.crossings import Crossings
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 # Kinds of segments in the order of Table 4; which of its segments 1 and 6 is the head is not said.
 KINDS = ("head", "interlock, left", "interlock, right", "leg, left", "leg, right", "sinker")

@@ -15,8 +15,8 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline, Rows
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
 
 PLANE_SAMPLES = 10  # a Bezier segment, between which crossings in the plane are looked for
 SAMPLES = 20  # a Bezier segment, the closest of which start Newton's method

@@ -16,7 +16,7 @@ import numpy as np
 from knitstudy.knit.geometry.crossings import SAME, Crossings, find_crossings
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 NO_ARCS = np.empty((0, 2))
 

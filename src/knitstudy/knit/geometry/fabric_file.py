@@ -20,7 +20,7 @@ from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.specimens import sample_of
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 RECIPE = tuple("control_points wale_spacing course_spacing radius clearance loops rows angle length".split())
 """Variables of the recipe."""

@@ -24,7 +24,7 @@ from knitstudy.knit.geometry.loop_metrics import approaches, away_from_crossings
 from knitstudy.knit.geometry.optimise import CostFunction, Optimum, interlocked
 from knitstudy.knit.geometry.stitches import PLAIN, images_of_standard, standard
 from knitstudy.knit.geometry.symmetry import first_of_orbits, symmetric_motions, symmetries
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 LARGEST_CURVATURE = 0.9  # R / rho that a loop may have; sections of a yarn cut each other at 1
 BENT = 0.5  # R / rho above which pieces of mixed stitches are kept below that

@@ -13,7 +13,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.geometry.stitches import PLAIN, drawn_from_plain, sides
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.core.arrays import Bools, Floats
 
 IN_FRONT = np.array([False, False, True, True])  # the upper yarn, by zone of a knit stitch's crossings
 

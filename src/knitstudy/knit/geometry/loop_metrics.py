@@ -17,7 +17,7 @@ from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import crossings_of_loop, refine, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 APPROACH_SAMPLES = 12  # a Bezier segment in which other local minima are looked for, before these are refined
 REACH = 8.0  # distance of centrelines in radii up to which local minima are listed

@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windo
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 # Two-point Gauss rule: exact for the square of C'', which is linear on a segment.
 CURVATURE_POINTS = 0.5 + np.array([-0.5, 0.5]) / np.sqrt(3)

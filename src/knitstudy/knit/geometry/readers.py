@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitch_mesh import endless_cell_of_stitches
 from knitstudy.knit.scene.knitout import read_repeat
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.registry import Registry
 
 COLUMNS = ("yarn", "x [m]", "y [m]", "z [m]", "radius [m]")

@@ -18,7 +18,7 @@ from knitstudy.knit.geometry.fabric import Arcs, Fabric, Grip, of_curves, pieces
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.spline import CatmullRom, Centreline
 from knitstudy.knit.geometry.stitches import PLAIN
-from knitstudy.mechanics.arrays import Bools, Floats
+from knitstudy.mechanics.core.arrays import Bools, Floats
 
 
 def plain_knit(loop: Loop, loops: int, rows: int) -> Fabric:

@@ -15,7 +15,7 @@ from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
 from knitstudy.errors import GeometryError
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 STENCIL = np.arange(-1, 3)  # control points that a Bezier segment k depends on, relative to k
 # Weight of each stencil point as a polynomial of the segment's t: powers 0 to 3 along the columns.
@@ -262,3 +262,14 @@ class _Lengths:
         """Return the arc lengths (k,) [m] of segments (k, 5) from their start to t (k,)."""
         square = polyval(t[..., None] * GAUSS_POINTS, np.moveaxis(speed[..., None, :], -1, 0), tensor=False)
         return t * (np.sqrt(square) @ GAUSS_WEIGHTS)
+
+
+def evenly(stops: Floats, counts: Ints) -> Floats:
+    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them.
+
+    Examples
+    --------
+    >>> evenly(np.array([0.0, 1.0, 2.0]), np.array([1, 2])).tolist()
+    [0.0, 1.0, 1.5, 2.0]
+    """
+    return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.specimens import knit_of_rows
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.geometry.stitches import PLAIN
 from knitstudy.knit.scene.stitches import MARKS, STITCHES, idle_needle, knits, stitches_of_row, ways_to_next
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 BEHIND, NARROWER = 1.6, 0.1
 """Distance of a head in a stack from the head before it, over the diameter and times the heads of the highest stack,

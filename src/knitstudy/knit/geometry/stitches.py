@@ -14,7 +14,7 @@ import numpy as np
 
 from knitstudy.errors import GeometryError
 from knitstudy.knit.scene.stitches import is_plain, wrong_stitches
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 KNIT, PURL = "K", "P"
 PLAIN = (KNIT,)

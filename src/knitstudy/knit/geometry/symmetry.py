@@ -16,7 +16,7 @@ import numpy as np
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.stitches import PLAIN
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 SYMMETRY_TOLERANCE = 1e-9  # distance over the wale spacing by which an image may miss its point
 SAME_PLACE = 1e-3  # Bezier segments within which two places on a yarn are one

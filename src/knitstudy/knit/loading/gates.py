@@ -15,10 +15,10 @@ from knitstudy.knit.loading.history import FORMS, Recorder
 from knitstudy.knit.scene.keys import Section
 from knitstudy.knit.scene.sections import Yarn
 from knitstudy.knit.scene.shared_sections import SolidGates
-from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.energy_balance import Balance, expected_work
-from knitstudy.mechanics.increment import Increment
-from knitstudy.mechanics.model import Response
+from knitstudy.mechanics.core.arrays import Floats
+from knitstudy.mechanics.core.energy_balance import Balance, expected_work
+from knitstudy.mechanics.core.increment import Increment
+from knitstudy.mechanics.core.model import Response
 
 USUAL_HOURGLASS = 0.005  # hourglass stiffness over shear stiffness as in C3D8R
 

@@ -20,9 +20,9 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import DrawnCellStrain
 from knitstudy.knit.scene.sections import Path as PairPath
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.increment import PHASES, Increment, PrescribedDisplacement, between_corners
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
+from knitstudy.mechanics.core.increment import PHASES, Increment, PrescribedDisplacement, between_corners
 
 DIRECTIONS = ("course", "wale")  # of a knit's load, along x and y
 

@@ -13,7 +13,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 
 from knitstudy.knit.loading.history import Stations
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 # Distance of the places that are compared, over the radius: an overlap comes out smaller by at most a hundredth
 SPACING = 0.25

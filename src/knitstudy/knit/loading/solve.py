@@ -22,13 +22,13 @@ from knitstudy.knit.loading.overlap import Repeats, largest_overlap
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.shared_sections import Newton
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import reuse_memory, serial_blas
-from knitstudy.mechanics.energy_balance import worth_halving
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU, LinearSolver
-from knitstudy.mechanics.load_path import Guide, trace
-from knitstudy.mechanics.model import Model, Response
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import reuse_memory, serial_blas
+from knitstudy.mechanics.core.energy_balance import worth_halving
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU, LinearSolver
+from knitstudy.mechanics.core.load_path import Guide, trace
+from knitstudy.mechanics.core.model import Model, Response
 
 # Ways of loading, in words, by `load.deformation` of a cell or `load.direction` of a knit
 WAYS = {

@@ -15,7 +15,7 @@ from knitstudy.knit.mesh.quality import check_bending, check_folding, check_over
 from knitstudy.knit.mesh.section import UNIFORM, Grading, Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 # Distances from a crossing over the yarn's radius.
 REACH = 1.0  # up to which slices stand at their closest

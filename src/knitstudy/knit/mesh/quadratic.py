@@ -21,9 +21,9 @@ from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.quality import refuse_folded
 from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import determinant
-from knitstudy.mechanics.elements.hexahedron import QUADRATIC_GRADIENTS
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import determinant
+from knitstudy.mechanics.solids.elements.hexahedron import QUADRATIC_GRADIENTS
 
 # Weights (8,) of a face's corners and of the middles of its edges at its centre.
 FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
@@ -69,7 +69,7 @@ class QuadraticMesh:
 
     corners: SweptMesh  # of the corners alone, on the true radius
     nodes: Floats  # (N, 3) coordinates. [m]
-    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.elements.hexahedron`
+    elements: NDArray[np.int32]  # (E, 20) in the order of `knitstudy.mechanics.solids.elements.hexahedron`
     yarn: Ints  # (N,)
     station: Ints  # (N,) numbered through all yarns
     corner_nodes: Ints  # number of every node of ``corners``

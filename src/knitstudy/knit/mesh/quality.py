@@ -13,7 +13,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.section import nodes_for_size
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 OVERLAP_TOLERANCE = 0.01  # share of the diameter; the optimised geometry is twenty times as exact
 SAMPLES_PER_DIAMETER = 50  # along yarn in the search for overlaps: distances are then exact to 1e-4

@@ -23,7 +23,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import reverse_cuthill_mckee
 
 from knitstudy.errors import MeshError
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
 FEWEST_CORE = 3  # elements along a side of the core: 12 angles keep 91% of a circle's bending stiffness
 ROUNDING = (

@@ -27,8 +27,8 @@ from knitstudy.knit.mesh.section import (
     shrinkage,
     smooth_step,
 )
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Chosen
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
 
 
 def rotation_minimising(position: Floats, tangent: Floats) -> Floats:

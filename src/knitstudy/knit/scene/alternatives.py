@@ -23,7 +23,7 @@ from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Positive, Section, declared, refused, validated
 from knitstudy.knit.scene.knitout import repeat_of
 from knitstudy.knit.scene.stitches import size_of_repeat
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.registry import find
 
 log = logging.getLogger(__name__)

@@ -44,7 +44,7 @@ from knitstudy.knit.scene.kinds import (
 )
 from knitstudy.knit.scene.sections import Path, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import MATERIALS
 
 FREE_OF_STRESS = {"yarn.set": 1.0}

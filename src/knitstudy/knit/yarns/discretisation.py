@@ -16,18 +16,18 @@ from numpy.typing import NDArray
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.contacts.facets import Rings
 from knitstudy.knit.geometry.fabric import Fabric
-from knitstudy.knit.geometry.spline import Centreline
+from knitstudy.knit.geometry.spline import Centreline, evenly
 from knitstudy.knit.mesh.mesher import Grips
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import Coulomb
 from knitstudy.mechanics.contact.grids import Grid, circular_chords
 from knitstudy.mechanics.contact.indentation import Indentation
+from knitstudy.mechanics.contact.solid import Penetration
 from knitstudy.mechanics.contact.surface import Surfaces
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.solid import Penetration
-from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.spline_yarn.space import Sampling, Space, YarnSpace
 
 
 def project_on_tube(
@@ -191,14 +191,3 @@ def fitted_places(own: YarnSpace) -> Floats:
     """Return the arc lengths (k,) at which the shape of a yarn is fitted, its end included [m]."""
     low, high = own.spline.spans[own.own].T
     return evenly(np.append(low, high[-1]), np.full(len(low), PLACES))
-
-
-def evenly(stops: Floats, counts: Ints) -> Floats:
-    """Return places from the first to the last of the stops (m + 1,), in counts (m,) of even steps between them.
-
-    Examples
-    --------
-    >>> evenly(np.array([0.0, 1.0, 2.0]), np.array([1, 2])).tolist()
-    [0.0, 1.0, 1.5, 2.0]
-    """
-    return np.interp(np.arange(counts.sum() + 1), np.append(0, np.cumsum(counts)), stops)

@@ -26,10 +26,10 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.shared_sections import FacetContact
 from knitstudy.knit.yarns.discretisation import Discretisation, project_on_tube
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.contact.compliance import moments, polar_rule
 from knitstudy.mechanics.contact.friction import Coulomb
-from knitstudy.mechanics.model import DRAG
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.cylinder import moments, polar_rule
+from knitstudy.mechanics.core.model import DRAG
 
 
 @dataclass(frozen=True)

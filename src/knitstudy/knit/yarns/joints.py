@@ -18,8 +18,8 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.scene.sections import Yarn
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.contact.compliance import local_compliance
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.cylinder import local_compliance
 
 # The normal of a contact (section 2.5): "a contact normal vector was defined in the direction of the resultant contact
 # force on the yarn interface". Section 4 says of which force: "contact forces along the contact normal direction, as

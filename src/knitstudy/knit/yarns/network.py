@@ -15,13 +15,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from knitstudy.errors import ConfigurationError, DataFileError, GeometryError
 from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.spline import evenly
 from knitstudy.knit.loading.gates import require_fine_beams, require_sound
 from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.solve import Check, Problem, Reported, settings_of
@@ -30,15 +31,16 @@ from knitstudy.knit.mesh.quality import require_memory
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.knit.yarns.discretisation import evenly
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LinearSprings, SectionLaw
-from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.rotation import turns
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.core.rotation import turns
+
+if TYPE_CHECKING:  # networks without contact import none of it
+    from knitstudy.mechanics.beams.beam_contact import BeamContact
 
 SPINS = range(3, 6)  # components of the rotation among the unknowns of a node
 

@@ -32,14 +32,14 @@ from knitstudy.knit.yarns.interactions import (
     drag_of,
     tie_crossings,
 )
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.interaction import Contact
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
-from knitstudy.mechanics.linear import LU, LinearSolver
-from knitstudy.mechanics.linear.krylov import Krylov
-from knitstudy.mechanics.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
-from knitstudy.mechanics.model import Stabilisation, transformation
-from knitstudy.mechanics.solid import SolidModel, SolidState
+from knitstudy.mechanics.contact.solid import SolidModel, SolidState
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.core.linear import LU, LinearSolver
+from knitstudy.mechanics.core.linear.krylov import Krylov
+from knitstudy.mechanics.core.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
+from knitstudy.mechanics.core.model import Stabilisation, transformation
 
 # Distance up to which pairs of points and surfaces are followed, over the yarn's radius
 MARGIN = 0.3

@@ -24,9 +24,9 @@ from typing import Protocol
 import numpy as np
 
 from knitstudy.errors import ConfigurationError, GeometryError
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.rotation import Halfway, exp, hat, log
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
+from knitstudy.mechanics.core.rotation import Halfway, exp, hat, log
 
 # Beyond this angle between the ends the logarithm may have taken the other way round.
 LARGEST_ANGLE = 0.95 * np.pi

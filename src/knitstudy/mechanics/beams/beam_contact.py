@@ -14,14 +14,14 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamContactHistory, BeamState, LineHistory
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.line_contact import SOFT, LineContact
 from knitstudy.mechanics.beams.line_friction import ActivePairs
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.rotation import hat
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.model import Response
+from knitstudy.mechanics.core.rotation import hat
 
 NO_LATTICE = np.zeros((2, 3))
 NO_MOVES = np.zeros((2, 3, 3))

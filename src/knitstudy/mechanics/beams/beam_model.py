@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.assembly import Assembly, Batch
-from knitstudy.mechanics.batches import share
 from knitstudy.mechanics.beams import beam
 from knitstudy.mechanics.beams.beam import BeamState, LinearSprings
-from knitstudy.mechanics.beams.beam_contact import BeamContact
-from knitstudy.mechanics.model import Memoryless, Response
-from knitstudy.mechanics.rotation import exp, hat
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.assembly import Assembly, Batch
+from knitstudy.mechanics.core.batches import share
+from knitstudy.mechanics.core.model import Memoryless, Response
+from knitstudy.mechanics.core.rotation import exp, hat
+
+if TYPE_CHECKING:  # networks without contact import none of it
+    from knitstudy.mechanics.beams.beam_contact import BeamContact
 
 # Force over the force that rounding of places makes in elements, up to which a network counts as unloaded
 UNLOADED = 5e6

@@ -16,8 +16,8 @@ import scipy.sparse as sp
 from scipy.interpolate import BSpline
 
 from knitstudy.errors import GeometryError
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 
 def parabolas(knots: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:

@@ -28,10 +28,10 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from knitstudy.errors import GeometryError
-from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.beams.beam import SLENDERNESS
+from knitstudy.mechanics.core import basis as disc
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials.isotropic import Hencky
-from knitstudy.mechanics.spline_yarn import basis as disc
 
 DEGREE = 8  # of the polynomials: at k = 0.55 degree 10 moves no compliance by more than 2e-5 of it
 TIGHTEST = 0.8  # largest k = kappa R of the table; the layers inside of a yarn vanish at 1

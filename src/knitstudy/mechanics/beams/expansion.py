@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,8 +38,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.expansion import Expansion
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.registry import Registry
 
 # Reading a scene needs the names of laws alone: functions import SciPy, which takes a second, when they are called.
@@ -358,7 +358,7 @@ def _finite_thickness(poisson_ratio: float) -> CubicSpline:
     """Return F over Hertz's by sqrt(delta / R)."""
     from scipy.interpolate import CubicSpline
 
-    from knitstudy.mechanics.contact.compliance import local_compliance
+    from knitstudy.mechanics.core.cylinder import local_compliance
 
     nu = poisson_ratio
     C = [local_compliance(a, nu)[0] - UNIFORM * (1 - nu**2) / a for a in PATCHES]

@@ -33,7 +33,6 @@ from operator import add
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.batches import by_parts, parts, share
 from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.contact_points import Axes, Spread
 from knitstudy.mechanics.beams.expansion import Expansion
@@ -48,6 +47,7 @@ from knitstudy.mechanics.beams.line_friction import (
     unslipped_history,
 )
 from knitstudy.mechanics.beams.pair_search import PairSearch, PointPairs
+from knitstudy.mechanics.core.batches import by_parts, parts, share
 
 NEAR = 1.1  # distance up to which pairs are near each other, and have a history, over the diameter
 SPACINGS = 2.5  # length of contact from which on the law is exact in the mean, over the spacing of points

@@ -34,11 +34,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from knitstudy.mechanics.batches import Chosen, by_parts
 from knitstudy.mechanics.beams.beam import BeamState, CommittedPoints, LineHistory
 from knitstudy.mechanics.beams.laws import Repulsion
 from knitstudy.mechanics.beams.pair_search import PointPairs
-from knitstudy.mechanics.rotation import hat
+from knitstudy.mechanics.core.batches import Chosen, by_parts
+from knitstudy.mechanics.core.rotation import hat
 
 # Yarns along each other have no closest points: smallest second derivative of r^2 / 2 along them
 LEAST_BEND = 0.02

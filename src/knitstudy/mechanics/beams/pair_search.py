@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.batches import Chosen
-from knitstudy.mechanics.motion_bound import affine_gradient, smallest_stretch
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
+from knitstudy.mechanics.core.motion_bound import affine_gradient, smallest_stretch
 
 FAR = 1 << 6  # images are at most half as many periods away
 

@@ -17,20 +17,20 @@ import numpy as np
 import scipy.sparse.linalg as spla
 
 from knitstudy.errors import ConfigurationError, ConvergenceError
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, SectionLaw
 from knitstudy.mechanics.beams.beam_contact import BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import SPACINGS, LineContact
-from knitstudy.mechanics.energy_balance import balanced
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.model import Response
-from knitstudy.mechanics.rotation import turns
-from knitstudy.mechanics.stability import lowest_mode
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.energy_balance import balanced
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
+from knitstudy.mechanics.core.model import Response
+from knitstudy.mechanics.core.rotation import turns
+from knitstudy.mechanics.core.stability import lowest_mode
 
 Vector = Sequence[float] | Floats
 STILL = (0.0, 0.0, 0.0)

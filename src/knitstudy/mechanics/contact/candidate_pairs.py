@@ -6,13 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Reserve, by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory, ContactStatus, same_pair
 from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
-from knitstudy.mechanics.motion_bound import Boxes, Motion, moments
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Reserve, by_parts
+from knitstudy.mechanics.core.motion_bound import Boxes, Motion, moments
 
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0

@@ -11,11 +11,11 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil
-from knitstudy.mechanics.spline_yarn import basis as disc
-from knitstudy.mechanics.spline_yarn.basis import Spline
-from knitstudy.mechanics.spline_yarn.space import Space
+from knitstudy.mechanics.core import basis as disc
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.basis import Spline
+from knitstudy.mechanics.solids.spline_yarn.space import Space
 
 CHUNK = 1_000  # pairs of stations that are expanded at once; bounds the memory
 

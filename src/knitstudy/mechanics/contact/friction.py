@@ -8,9 +8,9 @@ from functools import cache
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Chosen
 from knitstudy.mechanics.contact.surface import Projection
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen
 
 # Pairs of a point and a surface that touch in one configuration, of the many that are followed
 

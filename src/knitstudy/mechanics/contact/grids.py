@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.contact.surface import ALONG, AROUND, Stencil, interpolate
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 
 @dataclass(frozen=True, eq=False)

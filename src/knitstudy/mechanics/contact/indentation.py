@@ -14,9 +14,10 @@ from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 from scipy.special import ellipk, elliprd
 
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.contact.compliance import ACROSS, ALONG, far_compliance, patched_yarn
+from knitstudy.mechanics.contact.compliance import far_compliance, patched_yarn
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.cylinder import ACROSS, ALONG
 
 
 @dataclass(frozen=True)

@@ -16,8 +16,6 @@ import scipy.sparse as sp
 from scipy.spatial import cKDTree
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, MeshError
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.candidate_pairs import CandidatePairs
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import (
@@ -33,6 +31,8 @@ from knitstudy.mechanics.contact.search import Search
 from knitstudy.mechanics.contact.surface import CHUNK, Projection, Surfaces
 from knitstudy.mechanics.contact.tangent import CellPairs, Quadrature
 from knitstudy.mechanics.contact.tangent import stiffness as tangent
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.batches import Reserve, by_parts, share
 
 # Gaps over the margin of pairs that are pulled together: by so much more than the smallest at rest, and at most
 NEARLY, AT_MOST = 0.01, 0.1

@@ -11,11 +11,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.batches import by_parts
 from knitstudy.mechanics.contact.friction import ContactHistory
 from knitstudy.mechanics.contact.surface import Projection, Stencil, Surfaces, follows, project
 from knitstudy.mechanics.contact.tangent import CHUNK, Quadrature
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.batches import by_parts
 
 # Cells or rings whose neighbours are held at a time: of each some tens are near, nearly all on its own yarn.
 AT_ONCE = 16_384

@@ -12,8 +12,8 @@ from typing import Protocol
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
-from knitstudy.mechanics.batches import Chosen, by_parts
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.batches import Chosen, by_parts
 
 # Orders of the derivatives whose weights a stencil has.
 ALONG, AROUND = [0, 1, 0, 2, 1, 0], [0, 0, 1, 0, 1, 2]

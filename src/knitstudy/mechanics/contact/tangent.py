@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.batches import Reserve, by_parts, share
 from knitstudy.mechanics.contact.friction import ContactPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces, metric
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.batches import Reserve, by_parts, share
 
 # Gauss points on smooth surfaces: where contact is checked, and the area that each point stands for
 

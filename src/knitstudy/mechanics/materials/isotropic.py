@@ -10,7 +10,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import FULL, MATERIALS, VOIGT, Axes, Field, Stress
 
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import FULL, MATERIALS, Axes, Field, Stress, rotate_strain
 from knitstudy.mechanics.materials.isotropic import Resolvent, add_pairs, components, crossed, product
 

@@ -11,7 +11,7 @@ import xarray as xr
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import transferred_uncertainty
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds, trend
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
 from knitstudy.paper.columns import CONTRACTION, FRICTION_SHARE, STABILISED, STRAIN, U_Z

@@ -25,7 +25,7 @@ from knitstudy.measures.centre_cell import (
 from knitstudy.measures.estimate import Estimate, all_hold
 from knitstudy.measures.reference import HEXAHEDRA, made_of
 from knitstudy.measures.response import memory_growth
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
     CLAIMS,

@@ -11,7 +11,7 @@ from knitstudy.knit.yarns.joints import MAIN, contact_normals, partners, springs
 from knitstudy.measures import response
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.cases import REPORTED, Case, label_of, plain
 from knitstudy.paper.claims import (
     CLAIMS,

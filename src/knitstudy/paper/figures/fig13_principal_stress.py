@@ -13,8 +13,8 @@ from scipy.interpolate import RegularGridInterpolator
 
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.mesh.sweep import SweptMesh
+from knitstudy.mechanics.contact.solid import principal_axes
 from knitstudy.mechanics.materials import FULL
-from knitstudy.mechanics.solid import principal_axes
 from knitstudy.paper.scene_names import solid
 from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.solids import (

@@ -9,7 +9,7 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.measures.reference import made_of
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.columns import Simulation, cells_of, rows_of
 from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 from knitstudy.use.decks.fabric import SHELL_ENTRIES, section_matrix, shell_entries

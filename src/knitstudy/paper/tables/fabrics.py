@@ -24,10 +24,10 @@ from scipy.interpolate import BSpline
 from knitstudy.errors import ConvergenceError, DataFileError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.mechanics.arrays import Floats
-from knitstudy.mechanics.membrane import MembraneLaw, Parts
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.run.catalogue import TABLES, Datasets, several
 from knitstudy.use.fabric_law import strain_at, stretch_strip
+from knitstudy.use.membrane_law import MembraneLaw, Parts
 
 log = logging.getLogger(__name__)
 

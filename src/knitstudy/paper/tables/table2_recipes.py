@@ -16,7 +16,7 @@ import xarray as xr
 
 from knitstudy.knit.yarns.joints import MAIN, MEASURES, contact_normals, spring_axes
 from knitstudy.measures.centre_cell import centre_cell
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.paper.cases import number
 from knitstudy.paper.claims import COMPARABLE
 from knitstudy.paper.columns import Simulation, rows_of

@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.measures.centre_cell import SEGMENT, angles_to_axes, honeycomb_segments, stress_angles
 from knitstudy.measures.reference import made_of
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.columns import Simulation
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, OTHER_SOLIDS, SOLIDS, of_cases, solid

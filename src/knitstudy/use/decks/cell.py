@@ -7,7 +7,7 @@ there twice. The sides of a cut, t apart, are joined by equations, and so are th
     u_beyond - u_before = E t
 
 The strains E, times the edges of the cell, are the displacement of a node of its own. Stiff springs join it to the node
-of the set "DRIVEN", whose reaction is the force on the edges (`mechanics.periodic`).
+of the set "DRIVEN", whose reaction is the force on the edges (`cells.lattice`).
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from knitstudy.knit.models.spline_yarns import CellOfSplineYarns
 from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
 from knitstudy.knit.models.spline_yarns.cell import rows_of
 from knitstudy.knit.scene.kinds import word_of
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.cells.lattice import Lattice
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.periodic import Lattice
-from knitstudy.mechanics.spline_yarn.space import sections
+from knitstudy.mechanics.solids.spline_yarn.space import sections
 from knitstudy.use.decks import deck
 from knitstudy.use.vtu import CurvedCells
 

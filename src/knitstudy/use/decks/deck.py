@@ -23,8 +23,8 @@ from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHe
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.knit.scene.kinds import word_of
 from knitstudy.knit.yarns.interactions import STIFFNESS, Equations, penalties, tie_crossings
-from knitstudy.mechanics.arrays import Bools, Floats
 from knitstudy.mechanics.contact.friction import Coulomb
+from knitstudy.mechanics.core.arrays import Bools, Floats
 from knitstudy.mechanics.materials import Material, material_of
 
 EXACTLY_JOINED = (

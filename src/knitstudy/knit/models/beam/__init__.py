@@ -15,8 +15,8 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import INLAY, OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.laws import LAWS
+from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.registry import later
 
 OF_SECOND = tuple(in_section(key, SECTIONS[1]) for key in STIFFNESSES)

@@ -21,10 +21,10 @@ from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.cell import HELD, BeamCell, build
 from knitstudy.knit.models.beam.contact import STRIDE, contact_of
 from knitstudy.mechanics.beams.line_contact import MARGIN, NEAR
-from knitstudy.mechanics.bent import BentBeams, Patch
-from knitstudy.mechanics.increment import PrescribedDisplacement
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
+from knitstudy.mechanics.cells.bent import BentBeams, Patch
+from knitstudy.mechanics.core.increment import PrescribedDisplacement
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 CURVATURE = 250.0  # at the turns of the path [1/m]
 TURNS = np.array([1.0, -1.0, 0.0])  # corners of the path, over that

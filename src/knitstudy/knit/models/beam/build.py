@@ -31,11 +31,11 @@ from knitstudy.knit.models.beam.contact import (
 from knitstudy.knit.scene.alternatives import RELAXED
 from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
-from knitstudy.mechanics.arrays import Bools, Floats
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement
+from knitstudy.mechanics.core.arrays import Bools, Floats
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement
 
 # Stiffness of springs that hold the even stretch, over that of a typical unknown: that of bending waves of some hundred
 # elements, a few loops

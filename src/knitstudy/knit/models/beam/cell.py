@@ -24,14 +24,15 @@ from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of, require_verified_contact
 from knitstudy.knit.models.beam.rows import Rows, cell_rows
 from knitstudy.knit.yarns.network import section_of
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory, SectionLaw
 from knitstudy.mechanics.beams.beam_model import BeamModel
-from knitstudy.mechanics.increment import Increment, PrescribedDisplacement, Settings
-from knitstudy.mechanics.linear import LU
-from knitstudy.mechanics.load_path import trace
-from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
-from knitstudy.mechanics.plates import PressedBeams
+from knitstudy.mechanics.cells.beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.cells.plates import PressedBeams
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement, Settings
+from knitstudy.mechanics.core.linear import LU
+from knitstudy.mechanics.core.load_path import trace
 
 HELD: Ints = np.arange(3)  # the displacements of the first node: nothing else holds the whole in its place
 BETWEEN_PLATES = HELD[:2]  # that along z is free between plates

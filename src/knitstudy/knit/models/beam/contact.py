@@ -11,12 +11,12 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
 from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.scene.sections import BeamYarn
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import LAWS, Mixed, Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import ROUGH, SPACINGS, LineContact
-from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment
 
 # Largest displacement that one correction may make, in finite knits against neighbours, over the diameter
 STRIDE = 0.1

@@ -1,7 +1,7 @@
 """The shape at rest of a cell of beams: no force acts on its edges, and no small motion takes it anywhere else.
 
 A balance may be a saddle: an upright domino is in balance, and falls. So every balance is asked for its lowest mode
-(`mechanics.stability`), is pushed along it where it gives way, to both sides, and flows to the next one, the lower of
+(`core.stability`), is pushed along it where it gives way, to both sides, and flows to the next one, the lower of
 both, until one is stable.
 
 A fabric has one shape, however many of its repeats a cell has: that of one repeat is found, and a cell of several is
@@ -37,13 +37,15 @@ from knitstudy.knit.models.beam.cell import (
 )
 from knitstudy.knit.models.beam.contact import STRIDE, YarnContact, contact_of
 from knitstudy.knit.models.beam.rows import Rows, divided, repeats_of
-from knitstudy.mechanics.arrays import Floats, Ints
 from knitstudy.mechanics.beams.beam import BeamState, LineHistory
-from knitstudy.mechanics.increment import Increment, Settings
-from knitstudy.mechanics.periodic import EndlessBeams, EndlessState, Lattice
-from knitstudy.mechanics.plates import PressedBeams
-from knitstudy.mechanics.stability import Mode, Wave, Waves, lowest_mode
-from knitstudy.mechanics.tiling import Tiling
+from knitstudy.mechanics.cells.beams import EndlessBeams, EndlessState
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.cells.plates import PressedBeams
+from knitstudy.mechanics.cells.tiling import Tiling
+from knitstudy.mechanics.cells.waves import Wave, Waves
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment, Settings
+from knitstudy.mechanics.core.stability import Mode, lowest_mode
 
 log = logging.getLogger(__name__)
 

@@ -13,9 +13,9 @@ from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.scene.sections import INLAY
 from knitstudy.knit.scene.stitches import size_of_repeat
 from knitstudy.knit.yarns.network import RING
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.rotation import turns
-from knitstudy.mechanics.tiling import Tiling
+from knitstudy.mechanics.cells.tiling import Tiling
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.rotation import turns
 
 FEWEST = 8  # beams of a yarn in one repeat
 

@@ -10,7 +10,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Crossing, Knit
-from knitstudy.mechanics.elements import ELEMENTS
+from knitstudy.mechanics.solids.elements import ELEMENTS
 from knitstudy.registry import later
 
 

@@ -27,12 +27,12 @@ from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHe
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import ContactOfSolids, Discretisation, yarn_surfaces
 from knitstudy.knit.yarns.interactions import penalties
-from knitstudy.mechanics.arrays import Floats
 from knitstudy.mechanics.contact.grids import Grid, Grids, circular_chords
-from knitstudy.mechanics.elements import ELEMENTS, ElementGroup
-from knitstudy.mechanics.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
+from knitstudy.mechanics.contact.solid import Penetration
+from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import material_of
-from knitstudy.mechanics.solid import Penetration
+from knitstudy.mechanics.solids.elements import ELEMENTS, ElementGroup
+from knitstudy.mechanics.solids.elements.hexahedron import EDGES, NODES, InverseMap, quadratic_shape, shape
 
 # Shares of an element's volume by its number of nodes; of quadratic ones in proportion to the squares of the functions,
 # whose own integrals are negative at corners (Hinton, Rock and Zienkiewicz 1976)

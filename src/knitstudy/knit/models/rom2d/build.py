@@ -30,7 +30,7 @@ from knitstudy.knit.loading.history import Stations
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.models.rom2d import PlanarNetwork
 from knitstudy.knit.yarns.network import Network, contacts_of, problem, require_named
-from knitstudy.mechanics.arrays import Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 INTERLOCKS, LEGS = ("interlock, left", "interlock, right"), ("leg, left", "leg, right")
 

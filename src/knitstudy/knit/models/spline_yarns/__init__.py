@@ -12,7 +12,7 @@ from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Crossing, Knit
-from knitstudy.mechanics.spline_yarn import LARGEST_DEGREE
+from knitstudy.mechanics.solids.spline_yarn import LARGEST_DEGREE
 from knitstudy.registry import later
 
 Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]

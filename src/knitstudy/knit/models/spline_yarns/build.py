@@ -1,4 +1,4 @@
-"""Solid yarns of polynomials over the section times splines along the yarn (`mechanics.spline_yarn`), of any fabric.
+"""Solid yarns of polynomials over the section times splines along the yarn (`solids.spline_yarn`), of any fabric.
 
 Spans are short and of a high degree near crossings, long and of a low degree between them.
 """
@@ -42,15 +42,15 @@ from knitstudy.knit.yarns.discretisation import (
     contact_surfaces,
     fitted_places,
 )
-from knitstudy.mechanics.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.contact.compliance import missing_tie_compliance
 from knitstudy.mechanics.contact.indentation import Indentation, indentation
-from knitstudy.mechanics.elements import ElementGroup
+from knitstudy.mechanics.contact.solid import Penetration
+from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.rotation import exp, log
 from knitstudy.mechanics.materials import Material, material_of
-from knitstudy.mechanics.rotation import exp, log
-from knitstudy.mechanics.solid import Penetration
-from knitstudy.mechanics.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 # Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius
 CROSSING_REACH = 1.0

@@ -28,13 +28,14 @@ from knitstudy.knit.models.spline_yarns import CellOfSplineYarns, TiedCellOfSpli
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import Discretisation, fitted_places
 from knitstudy.knit.yarns.solids import SolidYarns
-from knitstudy.mechanics.arrays import Floats, Ints
-from knitstudy.mechanics.elements import ElementGroup
-from knitstudy.mechanics.increment import Increment
+from knitstudy.mechanics.cells.lattice import Lattice
+from knitstudy.mechanics.cells.solids import PeriodicModel, Seam, condensed, seam
+from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.mechanics.core.increment import Increment
 from knitstudy.mechanics.materials import Material
-from knitstudy.mechanics.periodic import Lattice, PeriodicModel, Seam, condensed, seam
-from knitstudy.mechanics.spline_yarn.space import Space, YarnSpace
-from knitstudy.mechanics.spline_yarn.span import span_groups
+from knitstudy.mechanics.solids.elements import ElementGroup
+from knitstudy.mechanics.solids.spline_yarn.space import Space, YarnSpace
+from knitstudy.mechanics.solids.spline_yarn.span import span_groups
 
 # The first node is held: without it all of a cell could move freely. The first that repeats itself is the first of all.
 HELD = np.zeros(1, dtype=np.int64)
@@ -87,7 +88,7 @@ class Cell:
     yarns: SolidYarns  # all rows and the image of the first
     model: PeriodicModel
     spread: sp.csr_matrix  # (3 N, 3 n) displacements of all nodes from the n nodes that repeat themselves
-    jumps: Floats  # (3 N, 6) displacements added for each generalised strain of `mechanics.periodic`
+    jumps: Floats  # (3 N, 6) displacements added for each generalised strain of `cells.lattice`
     lattice: Lattice
 
     def record(self, increment: Increment) -> Reported:
@@ -103,7 +104,7 @@ class Cell:
         return columns, points
 
     def stiffness(self, state: Any, chosen: slice) -> Floats:
-        """Return the stiffness of a tied knit by chosen strains of `mechanics.periodic`, with all nodes in balance.
+        """Return the stiffness of a tied knit by chosen strains of `cells.lattice`, with all nodes in balance.
 
         In N/m where two strains meet, in N where a strain meets a curvature, in N m where two curvatures do.
         """

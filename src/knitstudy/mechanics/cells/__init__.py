@@ -1,0 +1,1 @@
+"""Cells of endless fabrics: lattices, and what repeats itself by them."""

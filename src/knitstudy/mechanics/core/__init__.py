@@ -1,0 +1,1 @@
+"""Models, increments, Newton's method, linear systems, and arrays: what all mechanics is made of."""
