@@ -29,7 +29,8 @@ SEPARATORS = (";", "\t", ",", None)  # None: spaces
 SEPARATOR_LINE = re.compile(r'"?sep=(.)"?$', re.IGNORECASE)  # of Excel
 COMMENT = ("#", "%%", "//")
 LEAST = 3  # rows of a table; fewer are numbers among metadata, unless there is no other table
-LONGEST_NAME = 5  # lines of a field in quotes
+MOST_LINES = 5  # of a field in quotes
+LONGEST_NAME = 200  # characters of the name of a column
 SHOWN = 60  # characters of a line in a message
 
 # 12, 1.5, ,5, 2,105.6, 2'105 and 1 234 567,8. Mantissa and exponent are bounded: squares of numbers stay finite.
@@ -37,7 +38,10 @@ NUMBER = re.compile(
     r"[+−-]?(?:[0-9]{1,3}(?:(?P<mark>[.,'’ ])[0-9]{3})(?:(?P=mark)[0-9]{3}){0,9}(?:(?!(?P=mark))[.,][0-9]{0,30})?"
     r"|[0-9]{1,30}(?:[.,][0-9]{0,30})?|[.,][0-9]{1,30})(?:[eE][+−-]?0?[0-9]{1,2})?"
 ).fullmatch
-GROUPED = re.compile(r"[+-]?[0-9]{1,3}([.,])[0-9]{3}(?:\1[0-9]{3})*").fullmatch  # 2,105 or 2.105
+GROUPED = re.compile(r"[+-]?[0-9]{1,3}[.,][0-9]{3}").fullmatch  # 2,105 or 2.105
+OTHER = {".": ",", ",": "."}
+DECIMAL = {".": "a decimal point", ",": "a decimal comma"}
+THOUSANDS = {".": "points of thousands", ",": "commas of thousands"}
 ONE_STYLE = str.maketrans({"'": "", "’": "", " ": "", "−": "-"})
 NAN = "nan"  # a number that was not measured, in lower case, as an empty field
 NO_NUMBER = frozenset(
@@ -152,7 +156,7 @@ def _split(texts: dict[int, str], separator: str | None) -> Lines:
     numbers = list(texts)
     place = 0
     while place < len(numbers):
-        parts, used = _fields([texts[number] for number in numbers[place : place + LONGEST_NAME]], separator)
+        parts, used = _fields([texts[number] for number in numbers[place : place + MOST_LINES]], separator)
         lines[numbers[place]] = tuple(" ".join(part.split()) for part in parts)
         place += used
     return lines
@@ -239,10 +243,10 @@ def _header(lines: Lines, above: list[int]) -> tuple[int, ...]:
 
 def _names(lines: Lines, header: tuple[int, ...]) -> Fields:
     """Return the names of columns, each with its unit in brackets if the file has a row of units."""
-    names = lines[header[0]]
+    names = tuple(name[:LONGEST_NAME] for name in lines[header[0]])
     if len(header) == 1:
         return names
-    units = (plain_unit(text) for text in lines[header[1]][: len(names)])
+    units = (plain_unit(text)[:LONGEST_NAME] for text in lines[header[1]][: len(names)])
     return tuple(
         f"{name} ({unit})" if name and unit else name
         for name, unit in zip_longest(names, units, fillvalue="")
@@ -321,18 +325,21 @@ def _log_unused(lines: Lines, found: _Found, bad: list[int], path: Path) -> None
 def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
     """Return the decimal mark of all numbers of a table."""
     numbers = sorted(text.translate(ONE_STYLE) for text in texts if NUMBER(text))
-    example: dict[str, str] = {}
+    said: dict[str, str] = {}  # by decimal mark, a number that takes it
     for number in numbers:
         body = re.split("[eE]", number)[0]
         both = [mark for mark in ".," if mark in body]
         if len(both) == 2:
-            example.setdefault(max(both, key=body.rfind), number)
+            mark = max(both, key=body.rfind)
+            said.setdefault(mark, f"{number} {DECIMAL[mark]}")
+        elif both and body.count(both[0]) > 1:
+            said.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
         elif both and (not GROUPED(body) or body.lstrip("+-").startswith("0")):
-            example.setdefault(both[0], number)
-    if len(example) == 2:
-        raise DataFileError(f"{path}: {example['.']} has a decimal point and {example[',']} a decimal comma")
-    if example:
-        return next(iter(example))
+            said.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
+    if len(said) == 2:
+        raise DataFileError(f"{path}: {said['.'].replace(' ', ' has ', 1)} and {said[',']}")
+    if said:
+        return next(iter(said))
     # Between commas or spaces a point is a decimal one.
     marks = "," if separator in (",", None) else ",."
     if grouped := next((number for number in numbers if any(mark in number for mark in marks)), None):
@@ -345,6 +352,5 @@ def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
 
 def _numbers(column: Fields, decimal: str) -> np.ndarray:
     """Return a column (n,) as numbers, nan where a field is empty."""
-    thousands = "." if decimal == "," else ","
-    plain = (text.translate(ONE_STYLE).replace(thousands, "").replace(decimal, ".") for text in column)
+    plain = (text.translate(ONE_STYLE).replace(OTHER[decimal], "").replace(decimal, ".") for text in column)
     return np.array([float(text or "nan") for text in plain], dtype=float)

@@ -30,7 +30,7 @@ from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import find
 from knitstudy.use.curve_zero import ZEROS, anchored
 from knitstudy.use.lab_columns import SIZES, UNITS, measured_columns
-from knitstudy.use.lab_table import LEAST, read_lab_table
+from knitstudy.use.lab_table import LEAST, SHOWN, read_lab_table
 
 log = logging.getLogger(__name__)
 
@@ -50,7 +50,7 @@ def simulated_curve(
     """Return a branch of the curve of a history, by rising strain; where it has fewer cycles, of its last one.
 
     Of a cell it is the force per width, of a knit the force over its width at rest.
-    Raises DataFileError where the history has no such branch, or no force per width.
+    Raises DataFileError where the history has no such branch, no force per width, or values that are no numbers.
     """
     if "pressure" in history:
         raise DataFileError(
@@ -58,6 +58,8 @@ def simulated_curve(
         )
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
+    if not np.isfinite([curve.index, curve]).all():
+        raise DataFileError("its curve holds a value that is no number; make it again")
     every = branches(curve)[BRANCHES.index(branch) :: 2]
     if not every:
         raise DataFileError(f"the history has no {branch}: simulate one, with load.turns")
@@ -100,19 +102,21 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
 
 
 def without_noise(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of numbers without digits that are rounding noise beside the largest number of their column.
+    """Return a table of numbers without digits that are rounding noise beside the largest number of the same unit.
 
     Examples
     --------
-    >>> without_noise(pd.DataFrame({"strain": [-1e-18, 0.1 + 0.2]}))["strain"].tolist()
-    [0.0, 0.3]
+    >>> without_noise(pd.DataFrame({"course strain [1]": [0.1 + 0.2], "shear strain [1]": [-1e-18]})).iloc[0].tolist()
+    [0.3, 0.0]
     """
+    units = table.columns.str.extract(r"\[(.*)\]$", expand=False).fillna("")
+    largest = table.abs().max().groupby(units.to_numpy()).max()
 
     def rounded(column: pd.Series) -> pd.Series:
-        largest = float(column.abs().max())
-        if not 0 < largest < inf:
+        most = largest[units[table.columns.get_loc(column.name)]]
+        if not 0 < most < inf:
             return column
-        return column.round(DIGITS - 1 - floor(log10(largest))) + 0.0  # -0.0 becomes 0.0
+        return column.round(DIGITS - 1 - floor(log10(most))) + 0.0  # -0.0 becomes 0.0
 
     return table.apply(rounded)
 
@@ -357,6 +361,7 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
         if direction in set(names):
             table = table[names == direction]
         elif names.nunique() > 1:
-            has = f"has {names.nunique()} curves by {column!r} ({', '.join(names.unique()[:4])})"
-            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0]}")
+            some = ", ".join(name[:SHOWN] for name in names.unique()[:4])
+            has = f"has {names.nunique()} curves by {column!r} ({some})"
+            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0][:SHOWN]}")
     return table
