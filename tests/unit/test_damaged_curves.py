@@ -145,7 +145,7 @@ def answer(path, named, skip_bad):
 
 def test_damaged_files_are_read_or_refused(tmp_path):
     read = 0
-    for raw, named in files(400):
+    for raw, named in files(300):
         path = tmp_path / "lab.csv"
         path.write_bytes(raw)
         begin = process_time()
@@ -161,11 +161,11 @@ def test_damaged_files_are_read_or_refused(tmp_path):
             assert np.isfinite(curve.index.to_numpy(dtype=float)).all(), raw
             assert curve.abs().max() > 0, raw
         assert process_time() - begin < SECONDS, raw
-    assert 100 < read < 700  # neither all damages are refused, nor none
+    assert 60 < read < 540  # neither all damages are refused, nor none
 
 
-@pytest.mark.parametrize("command", ["compare", "fit"])
-def test_commands_end_with_numbers_or_one_message(cell, tmp_path, monkeypatch, command):
+@pytest.mark.parametrize(("command", "count"), [("compare", 24), ("fit", 80)])
+def test_commands_end_with_numbers_or_one_message(cell, tmp_path, monkeypatch, command, count):
     history = read_dataset(cell.file)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(curves, "_write", lambda *_: None)  # pictures take most of the time
@@ -175,7 +175,7 @@ def test_commands_end_with_numbers_or_one_message(cell, tmp_path, monkeypatch, c
     )
     asked = {"compare": ["compare", str(cell.file)], "fit": ["fit", "cell-course"]}[command]
     ends = []
-    for raw, named in files(24):
+    for raw, named in files(count):
         (tmp_path / "lab.columns.yaml").unlink(missing_ok=True)
         (tmp_path / "lab.csv").write_bytes(raw)
         words = [

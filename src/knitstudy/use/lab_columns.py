@@ -80,8 +80,18 @@ LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
 
 # Words in the name of a column, by what they make of it
 TRUE = {"true", "wahr", "wahre", "wahrer", "vrai", "vraie", "verdadera", "vera"}
-TRUE_STRAIN = TRUE | {"log", "ln", "logarithmic", "logarithmique", "logarithmische", "hencky", "natural"}
-TRUE_STRESS = TRUE | {"cauchy"}
+TRUE_STRAIN = TRUE | {
+    "truestrain",
+    "logstrain",
+    "log",
+    "ln",
+    "logarithmic",
+    "logarithmique",
+    "logarithmische",
+    "hencky",
+    "natural",
+}
+TRUE_STRESS = TRUE | {"truestress", "cauchystress", "cauchy"}
 NOMINAL = {"nominal", "engineering", "eng", "technical", "original", "initial"}
 STRETCH = ({"stretch", "ratio"}, {"draw", "ratio"}, {"lambda"})
 DEFORMED = {"actual", "current", "instantaneous", "deformed"}
@@ -99,7 +109,7 @@ OTHER_STRESSES = DEFORMED | {"piola", "kirchhoff", "biot"}
 COMPRESSION = {"compressive", "compression"}
 OTHER_COLUMNS = (
     {"sd", "std", "dev", "deviation", "err", "error", "rate", "energy", "work", "modulus"}
-    | {"max", "maximum", "mean", "break", "yield", "permanent", "residual", "plastic"}
+    | {"max", "maximum", "break", "yield", "permanent", "residual", "plastic"}
     | {"transverse", "lateral", "shear", "volumetric", "poisson", "minor"}
 )
 """Words of columns that have a strain or a force in their names and are no curve; they can be named by an option."""
@@ -128,7 +138,19 @@ class Measured:
     @property
     def words(self) -> set[str]:
         """Words of the name."""
-        return set(re.findall(r"[^\W\d_]+", self.label.lower()))
+        return words_of(self.label)
+
+
+def words_of(label: str) -> set[str]:
+    """Return the words of a name in lower case.
+
+    Examples
+    --------
+    >>> sorted(words_of("TrueStress_2 (MPa)"))
+    ['mpa', 'stress', 'true']
+    """
+    apart = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", " ", label)
+    return set(re.findall(r"[^\W\d_]+", apart.lower()))
 
 
 def plain_unit(text: str) -> str:
@@ -231,6 +253,8 @@ def _own_unit(label: str, name: str) -> str:
     unit = parted(label)[1]
     if unit is not None:
         return unit
+    if label.endswith("%"):
+        return "%"
     for unit in sorted(UNITS[name], key=len, reverse=True):
         for ending in (unit, unit.replace("/", "_")):
             if label.endswith(ending) and label[: -len(ending)].endswith((" ", "_", ",", "/")):
@@ -243,7 +267,7 @@ def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> t
     labels = [
         label
         for label in map(str, table)
-        if NAMES[name].search(label.lower()) and not set(re.split(r"[\W\d_]+", label.lower())) & OTHER_COLUMNS
+        if NAMES[name].search(label.lower()) and not words_of(label) & OTHER_COLUMNS
     ]
     if len(labels) > 1 and (own := [label for label in labels if label.lower().startswith(direction)]):
         labels = [label for label in own if "[N/m]" in label] or own
@@ -260,6 +284,7 @@ def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> t
         return label, unit
     ratio = name == "strain" and not LENGTHENED.search(label)
     if ratio and is_numeric_dtype(table[label]) and table[label].abs().max() <= LARGEST:
+        log.warning("%s: %r has no unit and is taken as a ratio, not in %%", path, label)
         return label, "1"
     raise DataFileError(f"{path}: {label!r} does not say its unit; {add}")
 
