@@ -38,13 +38,18 @@ REMEDIES = dict.fromkeys(
 def safe_name(text: str) -> str:
     """Return a text from data as a part of a file's name: no folders, no marks that a system refuses, not too long.
 
+    A text that is changed gets a digest at its end, so that other texts have other names.
+
     Examples
     --------
-    >>> safe_name("../../esc"), safe_name("50/50 wool")
-    ('esc', '50-50 wool')
+    >>> safe_name("cotton"), safe_name("50/50 wool")
+    ('cotton', '50-50 wool-03dd09')
     """
-    plain = "".join("-" if mark in '<>:"/\\|?*' or not mark.isprintable() else mark for mark in text)
-    return plain.strip(" .-")[:60] or "unnamed"
+    marked = "".join("-" if mark in '<>:"/\\|?*' or not mark.isprintable() else mark for mark in text)
+    plain = marked.strip(" .-")[:60]
+    if plain and plain == text:
+        return plain
+    return f"{plain or 'unnamed'}-{hashlib.sha256(text.encode()).hexdigest()[:6]}"
 
 
 @contextmanager
@@ -180,10 +185,20 @@ TEXTS = (*STAMP, "digest", "code")
 # Tables as CSV
 
 
-def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
+def write_table(table: pd.DataFrame, path: Path | str, decimal: str = ".", digits: int | None = None) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``.
+
+    With decimal commas, semicolons stand between fields. Numbers have all their digits, or so many significant ones.
+    """
+    rounded = None if digits is None else f"%.{digits}g"
     with replacing(path) as temporary:
-        table.to_csv(temporary, index=False)
+        table.to_csv(
+            temporary,
+            index=False,
+            decimal=decimal,
+            sep=";" if decimal == "," else ",",
+            float_format=rounded,
+        )
 
 
 def seal(path: Path | str, digest: str) -> None:

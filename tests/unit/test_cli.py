@@ -7,6 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
+from click import UsageError
 from click.testing import CliRunner
 from refusals import REFUSED
 from synthetic import geometry
@@ -319,8 +320,34 @@ def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
 
     text = "yarn,strain,load N/m\n../../esc,.01,100\n../../esc,.02,300\n../../esc,.04,900\n"
     (tmp_path / "lab.csv").write_text(text)
-    asked = {"cycle": 1, "branch": "loading", "skip_bad": False, "only": ("yarn=../../esc",)}
-    assert curves._read(tmp_path / "lab.csv", "course", asked)[1] == "lab-esc"
+    asked = dict.fromkeys(curves.READ_BY) | curves.USUAL | {"skip_bad": False, "only": ("yarn=../../esc",)}
+    name = curves._read(tmp_path / "lab.csv", "course", asked)[1]
+    assert re.fullmatch(r"lab-yarn=\.\.-\.\.-esc-[0-9a-f]{6}", name)
+
+
+@pytest.mark.wings
+def test_curves_that_options_choose_have_files_of_their_own(tmp_path):
+    from knitstudy.use.commands import curves
+
+    rows = "0,0\n1,100\n2,300\n3,600\n2,400\n1,200\n2,300\n3,600\n4,900\n"
+    of_yarns = "".join(f"{yarn},{row}\n" for yarn in ("50/50", "50-50") for row in rows.split())
+    text = f"yarn,strain (%),load N/m\n{of_yarns}"
+    for name in ("lab.csv", "lab.txt"):
+        (tmp_path / name).write_text(text)
+    plain = dict.fromkeys(curves.READ_BY) | curves.USUAL | {"skip_bad": False}
+    asked = [
+        ("lab.csv", {"only": ("yarn=50/50",)}),
+        ("lab.csv", {"only": ("yarn=50-50",)}),
+        ("lab.txt", {"only": ("yarn=50-50",)}),
+        ("lab.csv", {"only": ("yarn=50-50",), "cycle": 2}),
+        ("lab.csv", {"only": ("yarn=50-50",), "branch": "unloading"}),
+    ]
+    names = [curves._read(tmp_path / file, "course", plain | how)[1] for file, how in asked]
+    assert len({*names}) == len(asked)
+    assert names[1] == "lab-yarn=50-50"
+    for twice in (("yarn=50-50", "yarn=50/50"), ("yarn",)):
+        with pytest.raises(UsageError, match="COLUMN=VALUE, once a column"):
+            curves._read(tmp_path / "lab.csv", "course", plain | {"only": twice})
 
 
 HALF_CARDIGAN = ROOT / "examples" / "knitout" / "half_cardigan.k"

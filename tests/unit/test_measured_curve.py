@@ -1,5 +1,6 @@
 """Curves of a laboratory are read as they come, and say modulus and friction within the intervals of the fit."""
 
+from time import process_time
 from types import SimpleNamespace
 
 import numpy as np
@@ -39,6 +40,61 @@ def test_unreadable_files_are_refused_with_a_remedy(tmp_path, text, named, messa
     assert message in str(error.value)
     assert len(str(error.value).splitlines()) == 1
     assert [each.name for each in tmp_path.iterdir()] == ["lab.csv"]
+
+
+@pytest.mark.parametrize(("rows", "named", "strain", "force", "said"), READ["zeros"])
+def test_a_curve_begins_at_its_zero_and_says_so(tmp_path, rows, named, strain, force, said, caplog):
+    (tmp_path / "lab.csv").write_text(f"strain (%),force (N/m)\n{rows}")
+    for _ in range(2):  # what was said is kept
+        caplog.clear()
+        curve = read_curve(tmp_path / "lab.csv", named, {}, "course")
+        np.testing.assert_allclose(curve.index, strain, atol=1e-12)
+        np.testing.assert_allclose(curve, force, atol=1e-9)
+        assert said in caplog.text
+        assert bool(said) == bool(caplog.text)
+        named = {}
+
+
+TABLES = (
+    "load (N),max (N)\n1,1\n2,2\n3,3\n\nraw\n"
+    "strain (%),force (N/m)\n1,100\n2,300\n\nnext\nstrain (%),force (N/m)\n3,600\n4,900\n5,1200\n"
+)
+
+
+@pytest.mark.parametrize(
+    ("asked", "strain"),
+    [
+        ({"table": 2, "skip_bad": True}, [0.01, 0.02, 0.03, 0.04, 0.05]),  # parts of one table
+        ({"table": 2}, [0.0, 0.01, 0.02]),  # two rows are no table of their own
+    ],
+)
+def test_one_of_several_tables_is_read(tmp_path, asked, strain):
+    (tmp_path / "lab.csv").write_text(TABLES)
+    curve = read_curve(
+        tmp_path / "lab.csv", {"zero": "first"} if len(strain) == 3 else {}, {}, "course", **asked
+    )
+    np.testing.assert_allclose(curve.index, strain, atol=1e-12)
+    with refusal("--table 3: the file has 2"):
+        read_curve(tmp_path / "lab.csv", {}, {}, "course", table=3)
+
+
+@pytest.mark.parametrize(
+    ("names", "fields"),
+    [
+        (",".join(f"c{k}" for k in range(10_000)), ",".join(["1"] * 10_000)),
+        (f"strain ({' ' * 3000}%,force [{' ' * 3000}N/m", "1,2"),
+        (f"strain{' ' * 3000}x,force{' ' * 3000}", "1,2"),
+        ("strain (%),force (N/m)", f"1,{'1' * 100_000}"),
+        ("strain (%),force (N/m)", f"1{' ' * 100_000}x,2"),
+        ("strain (%),force (N/m)", '1,"2'),
+    ],
+)
+def test_a_file_of_any_size_has_an_answer_soon(tmp_path, names, fields):
+    (tmp_path / "lab.csv").write_text("\n".join([names, *[fields] * 40]))
+    begin = process_time()
+    with refusal("lab.csv: "):
+        read_curve(tmp_path / "lab.csv", {}, {}, "course")
+    assert process_time() - begin < 5
 
 
 CYCLES = "strain (%),force (N/m)\n1,100\n2,300\n4,900\n3,500\n2,200\n0,10\n1,60\n2,250\n4,850\n"
@@ -87,7 +143,7 @@ def test_what_is_not_used_is_named(tmp_path, caplog):
         "below the table are not used: 8",
     ):
         assert note in caplog.text
-    assert "begins with 50 N/m at no strain, a preload, which is taken off" in caplog.text
+    assert "begins at 0 % strain and 50 N/m, which are taken off" in caplog.text
 
 
 @pytest.mark.parametrize("kept", ["strain: Weg\n", "force: [a, b, c]\n", "width: wide\n"])

@@ -89,6 +89,10 @@ def fit(
     """
     if len(measured) < LEAST:
         raise DataFileError(f"{len(measured)} measured points are too few: {LEAST} are needed")
+    if not all(np.any(forces) for forces in simulated.values()):
+        raise DataFileError("simulated forces are zero at all measured points: set a larger load.strain")
+    if not np.any(measured):
+        raise DataFileError("measured forces are zero up to where simulations end: set a larger load.strain")
     frictions = np.linspace(min(simulated), max(simulated), GRID if len(simulated) > 1 else 1)
     forces = _at(frictions, simulated)
     first = best = _likeliest(measured, frictions, forces)

@@ -1,18 +1,18 @@
 """Curves of force per width [N/m] over strain [1], measured or simulated: a series by rising strain.
 
-The caller names columns and units. Without names, a YAML file beside the CSV file has them from before; without that
-file, the names of the columns tell them, such as ``strain (%)`` or ``force_per_width_N_mm``. Of loading cycles one
-branch is taken, the first loading where nothing else is asked for; whatever is corrected or left out is printed.
+A measured curve is a table of a text file (`lab_table`), whose columns have a meaning (`lab_columns`), from its zero on
+(`curve_zero`). The caller names columns, units and sizes that the file does not tell; they are kept in a YAML file
+beside it. Of loading cycles one branch is taken, the first loading where nothing else is asked for; whatever is
+corrected or left out is printed.
 """
 
 from __future__ import annotations
 
 import logging
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
-from math import nan
+from math import floor, inf, log10, nan
 from pathlib import Path
 from typing import Any
 
@@ -28,25 +28,17 @@ from knitstudy.files import STRAINS, write_text
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import find
-from knitstudy.use.lab_table import FORCES, LENGTHS, STRESSES, UNITS, read_lab_table
+from knitstudy.use.curve_zero import ZEROS, anchored
+from knitstudy.use.lab_columns import SIZES, UNITS, measured_columns
+from knitstudy.use.lab_table import LEAST, SHOWN, read_lab_table
 
-WORDS = {
-    "strain": "strain|elongation|extension|displacement",
-    "force": "force|load|(?<!ex)tension|stress",
-}
-SIZES = (
-    dict.fromkeys(LENGTHS, "length") | dict.fromkeys(FORCES, "width") | dict.fromkeys(STRESSES, "thickness")
-)
-LENGTHENED = re.compile("displacement|extension", re.IGNORECASE)  # without a unit these are no ratios
-TRUE = re.compile("true|hencky|logarithmic", re.IGNORECASE)
-IN_BRACKETS = re.compile(r"[(\[]\s*([^()\[\]]+?)\s*[)\]]\s*$")
-SCATTER = re.compile(r"[\W_](sd|std|dev|error|rate)", re.IGNORECASE)
 log = logging.getLogger(__name__)
 
-LARGEST = 1.5  # a strain without a unit that exceeds this one may be meant in %
+LEAST_STRAIN, LARGEST_STRAIN = 1e-6, 30.0  # of a curve; beyond them a unit or a size is wrong
+LEAST_FORCE, LARGEST_FORCE = 1e-9, 1e9  # [N/m], of its largest force
+DIGITS = 12  # of the largest number in a column of a curve
 TURNS = 0.02  # Share of the largest strain by which it falls where a branch ends; less is noise
 SAME = 1e-9  # Share of the largest strain by which strains that are meant to be one may differ
-PRELOAD = 0.005  # Share of the largest force from which a force at no strain is a preload
 STRAIN, PULL = "{} strain [1]".format, "{} force per width [N/m]".format  # columns of `curve_table`
 THICKNESS, PRESSURE, ENERGY = "thickness [mm]", "pressure [Pa]", "energy [J/m2]"  # others
 BRANCHES = ("loading", "unloading")
@@ -58,7 +50,7 @@ def simulated_curve(
     """Return a branch of the curve of a history, by rising strain; where it has fewer cycles, of its last one.
 
     Of a cell it is the force per width, of a knit the force over its width at rest.
-    Raises DataFileError where the history has no such branch, or no force per width.
+    Raises DataFileError where the history has no such branch, no force per width, or values that are no numbers.
     """
     if "pressure" in history:
         raise DataFileError(
@@ -66,6 +58,8 @@ def simulated_curve(
         )
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
+    if not np.isfinite([curve.index, curve]).all():
+        raise DataFileError("its curve holds a value that is no number; make it again")
     every = branches(curve)[BRANCHES.index(branch) :: 2]
     if not every:
         raise DataFileError(f"the history has no {branch}: simulate one, with load.turns")
@@ -104,7 +98,27 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
     columns |= {f"{name} force per width [N/mm]": 1e-3 * force[:, k] for k, name in enumerate(names)}
     if pressed:
         columns |= {THICKNESS: 1e3 * history["thickness"].data, PRESSURE: history["pressure"].data}
-    return pd.DataFrame(columns | {ENERGY: np.asarray(energy)})
+    return without_noise(pd.DataFrame(columns | {ENERGY: np.asarray(energy)}))
+
+
+def without_noise(table: pd.DataFrame) -> pd.DataFrame:
+    """Return a table of numbers without digits that are rounding noise beside the largest number of the same unit.
+
+    Examples
+    --------
+    >>> without_noise(pd.DataFrame({"course strain [1]": [0.1 + 0.2], "shear strain [1]": [-1e-18]})).iloc[0].tolist()
+    [0.3, 0.0]
+    """
+    units = table.columns.str.extract(r"\[(.*)\]$", expand=False).fillna("")
+    largest = table.abs().max().groupby(units.to_numpy()).max()
+
+    def rounded(column: pd.Series) -> pd.Series:
+        most = largest[units[table.columns.get_loc(column.name)]]
+        if not 0 < most < inf:
+            return column
+        return column.round(DIGITS - 1 - floor(log10(most))) + 0.0  # -0.0 becomes 0.0
+
+    return table.apply(rounded)
 
 
 def force_over_strain(table: pd.DataFrame, way: str) -> pd.Series:
@@ -205,32 +219,56 @@ def read_curve(
     cycle: int = 1,
     branch: str = "loading",
     skip_bad: bool = False,
+    table: int | None = None,
 ) -> pd.Series:
-    """Return one branch of the curve of a CSV file, by rising strain; what is corrected or left out is logged.
+    """Return one branch of the curve of a text file, by rising strain; what is corrected or left out is logged.
 
-    `named` has for ``strain`` and ``force`` a column and its unit, and ``width``, ``length`` and ``thickness`` of the
-    specimen [m]; it is kept beside the file. `only` has values of columns that tell curves apart; `direction`, "course"
-    or "wale", is chosen where a column has it.
-    Raises DataFileError where the file does not hold one curve, or not so many cycles.
+    Parameters
+    ----------
+    path : Path
+        A file of `read_lab_table`.
+    named : mapping
+        How the file is read where its names do not tell: a column and its unit for ``strain`` and ``force``;
+        ``width``, ``length`` and ``thickness`` of the specimen [m]; ``zero``, one of `ZEROS`. They are kept in a file
+        beside it.
+    only : mapping
+        Values of columns that tell curves apart.
+    direction : str
+        "course" or "wale", chosen where a column has it.
+    cycle, branch : int, str
+        Which of the branches of a curve that turns back.
+    skip_bad : bool
+        Leave out rows that cannot be read.
+    table : int, optional
+        Which of several tables in the file.
+
+    Returns
+    -------
+    Series
+        Forces per width (n,) [N/m] by strains [1], both over sizes at rest.
+
+    Raises
+    ------
+    DataFileError
+        If the file does not hold one curve of tension, or not so many cycles.
     """
-    table = _one_curve(read_lab_table(path, skip_bad), only, direction, path)
-    beside = path.with_suffix(".columns.yaml")
-    kept = read_yaml(beside) if beside.is_file() else {}
-    if any(
-        np.shape(value) != (2,) if name in WORDS else type(value) is not float for name, value in kept.items()
-    ):
-        raise DataFileError(f"{beside}: is not as knitstudy wrote it; delete it and name the columns again")
-    how = kept | {name: list(value) if name in WORDS else value for name, value in named.items()}
-    strain, force = (_values(table, name, how, direction, path) for name in WORDS)
+    rows = _one_curve(read_lab_table(path, skip_bad, table), only, direction, path)
+    beside = path.with_name(f"{file_stem(path)}.columns.yaml")
+    if wrong := _wrong(named):
+        raise DataFileError(f"{path}: --{wrong} must be a positive number, in m")
+    how = _kept(beside) | {name: list(value) if name in UNITS else value for name, value in named.items()}
+    strain, force = measured_columns(rows, how, direction, path)
     curve = pd.Series(force.to_numpy(), strain).loc[lambda values: values.notna() & values.index.notna()]
-    if (empty := len(table) - len(curve)) > 0:
+    if (empty := len(rows) - len(curve)) > 0:
         log.warning("%s: %d rows have no strain or no force and are not used", path, empty)
-    rising = _branch(_pulled(curve, path), cycle, branch, path) if len(curve) else curve
-    if (count := len(rising)) < 3:
-        raise DataFileError(f"{path}: has {count} rows of numbers up to the largest strain; 3 are needed")
-    if count < len(curve):
+    _require_rows(curve, path)
+    curve = anchored(curve, how.get("zero"), path)
+    _require_tension(curve, path)
+    rising = _branch(curve, cycle, branch, path)
+    _require_rows(rising, path)
+    if len(rising) < len(curve):
         log.warning(
-            "%s: %s of cycle %d is taken, %d rows are left out", path, branch, cycle, len(curve) - count
+            "%s: %s of cycle %d is taken, %d rows are left out", path, branch, cycle, len(curve) - len(rising)
         )
     if named:
         try:
@@ -240,26 +278,59 @@ def read_curve(
     return rising.sort_index(kind="stable")
 
 
-def _pulled(curve: pd.Series, path: Path) -> pd.Series:
-    """Return a curve with tension positive, and without a force that was there before any strain."""
-    strain, force = curve.index.to_numpy(dtype=float), curve.to_numpy()
-    if strain[np.argmax(np.abs(strain))] < 0:
-        log.warning("%s: the sign of the strain is turned: tension is positive here", path)
-        strain = -strain
-    if force[np.argmax(np.abs(force))] < 0:
-        log.warning("%s: the sign of the force is turned: tension is positive here", path)
-        force = -force
-    largest = np.abs(force).max()
-    if abs(strain[0]) <= 1e-9 * np.abs(strain).max() and abs(force[0]) > PRELOAD * largest:
-        log.warning(
-            "%s: begins with %.4g N/m at no strain, a preload, which is taken off all forces", path, force[0]
+def file_stem(path: Path) -> str:
+    """Return the name of a file, without its ending if that is .csv: lab.csv and lab.txt are two files."""
+    return path.stem if path.suffix == ".csv" else path.name
+
+
+def _kept(beside: Path) -> dict[str, Any]:
+    """Return how a file is read, as it was said before."""
+    kept = read_yaml(beside) if beside.is_file() else {}
+    if wrong := _wrong(kept):
+        raise DataFileError(
+            f"{beside}: is not as knitstudy wrote it; delete it and name the columns again ({wrong})"
         )
-        force = force - force[0]
-    if force.min() < -0.1 * np.abs(force).max():
+    return kept
+
+
+def _wrong(how: Mapping[str, Any]) -> str:
+    """Return a name whose value is no pair of column and unit, no positive size or no zero; "" if there is none."""
+    for name, value in how.items():
+        if name in UNITS:
+            right = np.shape(value) == (2,) and all(isinstance(text, str) for text in value)
+        elif name in SIZES.values():
+            right = isinstance(value, float) and 0 < value < inf
+        else:
+            right = name == "zero" and value in ZEROS
+        if not right:
+            return name
+    return ""
+
+
+def _require_rows(curve: pd.Series, path: Path) -> None:
+    """Refuse a curve of too few rows."""
+    if len(curve) < LEAST:
+        raise DataFileError(
+            f"{path}: has {len(curve)} rows of numbers up to the largest strain; {LEAST} are needed"
+        )
+
+
+def _require_tension(curve: pd.Series, path: Path) -> None:
+    """Refuse a curve from its zero on that no fabric has in tension."""
+    strain, force = curve.index.to_numpy(dtype=float), curve.to_numpy()
+    most, largest = np.abs(strain).max(), np.abs(force).max()
+    if not LEAST_STRAIN < most < LARGEST_STRAIN:
+        raise DataFileError(
+            f"{path}: strains reach {100 * most:.3g} %: check the unit of the strain, and --length in m"
+        )
+    if not LEAST_FORCE < largest < LARGEST_FORCE:
+        raise DataFileError(
+            f"{path}: forces reach {largest:.3g} N/m: check the unit of the force, and sizes in m"
+        )
+    if force.min() < -0.1 * largest:
         raise DataFileError(
             f"{path}: forces are from {force.min():.3g} to {force.max():.3g} N/m: no curve of tension"
         )
-    return pd.Series(force, strain)
 
 
 def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
@@ -280,7 +351,8 @@ def _branch(curve: pd.Series, cycle: int, branch: str, path: Path) -> pd.Series:
 def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, path: Path) -> pd.DataFrame:
     """Return the rows of one curve."""
     for column, value in only.items():
-        values = find("column", _columns(table), column, str(path))
+        find("column", dict.fromkeys(table), column, str(path))
+        values = table[column]
         there = values.map("{:.15g}".format) if is_numeric_dtype(values) else values.astype(str)
         find(f"{column} in --only", dict.fromkeys(there), value, str(path))
         table = table[there == value]
@@ -289,54 +361,7 @@ def _one_curve(table: pd.DataFrame, only: Mapping[str, str], direction: str, pat
         if direction in set(names):
             table = table[names == direction]
         elif names.nunique() > 1:
-            has = f"has {names.nunique()} curves by {column!r} ({', '.join(names.unique()[:4])})"
-            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0]}")
+            some = ", ".join(name[:SHOWN] for name in names.unique()[:4])
+            has = f"has {names.nunique()} curves by {column!r} ({some})"
+            raise DataFileError(f"{path}: {has}: add --only {column}={names.iloc[0][:SHOWN]}")
     return table
-
-
-def _columns(table: pd.DataFrame) -> dict[str, pd.Series]:
-    return {str(name): column for name, column in table.items()}
-
-
-def _values(table: pd.DataFrame, name: str, how: Mapping[str, Any], direction: str, path: Path) -> pd.Series:
-    """Return strain [1] or force [N/m]."""
-    column, unit = how.get(name) or _recognised(table, name, direction, path)
-    column = table.attrs["full_names"].get(column, column)
-    scale = find("unit", UNITS[name], unit, f"{path}: --{name}")
-    values = find("column", _columns(table), column, f"{path}: --{name}")
-    if not is_numeric_dtype(values):
-        raise DataFileError(f"{path}: {column!r} holds words: {values.iloc[0]!r}; add --{name} COLUMN UNIT")
-    values = scale * values
-    if name == "strain" and TRUE.search(column):
-        log.warning("%s: %r is true strain; exp(strain) - 1 is taken", path, column)
-        values = np.expm1(values)
-    if (size := SIZES.get(unit)) is None:
-        return values
-    if size not in how:
-        remedy = f"add --{size} of the specimen in m, for example --{size} {0.001 if size == 'thickness' else 0.05}"
-        raise DataFileError(f"{path}: {column!r} is in {unit}: {remedy}")
-    return values * how[size] if size == "thickness" else values / how[size]
-
-
-def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> tuple[str, str]:
-    """Return the column of strain or force, of several that of the direction, and its unit, by their names."""
-    columns = [
-        column
-        for column in map(str, table)
-        if re.search(WORDS[name], column.lower()) and not SCATTER.search(column)
-    ]
-    if len(columns) > 1 and (own := [column for column in columns if column.lower().startswith(direction)]):
-        columns = [column for column in own if "[N/m]" in column] or own
-    add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(UNITS[name])}"
-    if len(columns) != 1:
-        are = f"{len(columns) or 'no'} columns are named like a {name}: {', '.join(map(repr, columns or table))}"
-        raise DataFileError(f"{path}: {are}; {add}")
-    for unit in sorted(UNITS[name], key=len, reverse=True):  # force [N], force (N/mm), force_N_mm
-        if re.search(rf"[\s_(\[,/]{re.escape(unit).replace('/', '[/_]')}[\])]?$", columns[0]):
-            return columns[0], unit
-    if strange := IN_BRACKETS.search(columns[0]):
-        raise DataFileError(f"{path}: {columns[0]!r}: unit {strange[1]} is not known; {add}")
-    ratio = name == "strain" and not LENGTHENED.search(columns[0])
-    if ratio and is_numeric_dtype(table[columns[0]]) and table[columns[0]].abs().max() <= LARGEST:
-        return columns[0], "1"
-    raise DataFileError(f"{path}: {columns[0]!r} does not say its unit; {add}")

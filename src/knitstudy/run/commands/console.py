@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from textwrap import shorten
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -210,6 +211,15 @@ output_option = click.option(
 )
 
 
+decimal_option = click.option(
+    "--decimal",
+    type=click.Choice((".", ",")),
+    default=".",
+    show_default=True,
+    help="Decimal mark in tables (.csv); with commas, semicolons stand between fields.",
+)
+
+
 def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
     """Return a scene of the configuration or of a result file with changed keys."""
     if is_result(name):
@@ -247,6 +257,18 @@ def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr
     geometry = STAGES["geometry"].function(scene)
     mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and STAGES["mesh"].of(scene) else None
     return scene, geometry, mesh
+
+
+@contextmanager
+def naming(file: Path) -> Iterator[None]:
+    """Name the file in whatever is wrong with its content."""
+    try:
+        yield
+    except DataFileError as error:
+        raise DataFileError(f"{file}: {error}") from error
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
+        what = f"its variables or attributes do not fit a result ({type(error).__name__}: {error})"
+        raise DataFileError(f"{file}: {what}; make it again") from error
 
 
 def plan_with(name: str, config: Path) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from math import nan
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,8 @@ if TYPE_CHECKING:
 FRICTION = "contact.friction"
 MODULI = ("yarn.youngs_modulus", "yarn.transverse_modulus", "yarn.axial_shear_modulus")
 WAY = ("cycle", "branch")
+READ_BY = ("strain", "force", "length", "width", "thickness", "zero")  # kept beside the measured file
+USUAL = {"table": None, "cycle": 1, "branch": "loading"}  # what else chooses a curve; not in names of files
 # With these given, forces are not proportional to the modulus
 STIFFNESSES = (
     "rom.stiffness",
@@ -44,6 +47,13 @@ def _curve_options(command: Callable[..., None]) -> Callable[..., None]:
         click.option("--cycle", type=click.IntRange(1), default=1, help="Which of several loading cycles."),
         click.option("--branch", type=click.Choice(("loading", "unloading")), default="loading"),
         click.option("--skip-bad", is_flag=True, help="Leave out rows that cannot be read."),
+        click.option("--table", type=click.IntRange(1), help="Which of several tables in the file."),
+        click.option(
+            "--zero",
+            type=click.Choice(("first", "file", "toe")),
+            help="Where the curve begins: at its first point, at the zero of the file, or behind a toe of slack.",
+        ),
+        console.decimal_option,
         click.option("--force", **pair, help="Column and unit of the force, such as Load N."),
         click.option("--strain", **pair, help="Column and unit of the strain, such as Elongation %."),
         click.option("--only", multiple=True, metavar="COLUMN=VALUE", help="One curve of several in a file."),
@@ -69,23 +79,46 @@ def _pulled(scene: Scene) -> tuple[Looped, str]:
 
 def _read(measured: Path, direction: str, named: dict[str, Any]) -> tuple[pd.Series[float], str]:
     """Return the measured curve of a direction, and its name."""
-    from knitstudy.use.measured_curve import read_curve
+    from knitstudy.use.measured_curve import file_stem, read_curve
 
-    only = dict(pair.partition("=")[::2] for pair in named["only"])
-    how = {name: named[name] for name in (*WAY, "skip_bad")}
-    given = {name: value for name, value in named.items() if value is not None and name not in ("only", *how)}
+    only = _chosen(named["only"])
+    how = {name: named[name] for name in (*WAY, "skip_bad", "table")}
+    given = {name: named[name] for name in READ_BY if named[name] is not None}
     curve = read_curve(measured, given, only, direction, **how)
-    return curve, "-".join((measured.stem, *map(safe_name, only.values())))
+    which = only | {name: str(how[name]) for name, usual in USUAL.items() if how[name] != usual}
+    said = ",".join(f"{name}={value}" for name, value in which.items())
+    return curve, "-".join(filter(None, (file_stem(measured), said and safe_name(said))))
 
 
-def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str) -> None:
+def _chosen(pairs: Iterable[str]) -> dict[str, str]:
+    """Return the values by columns of --only."""
+    only: dict[str, str] = {}
+    for pair in pairs:
+        column, equals, value = pair.partition("=")
+        if not equals or column in only:
+            raise click.UsageError(f"--only {pair}: must be COLUMN=VALUE, once a column")
+        only[column] = value
+    return only
+
+
+def _write(
+    stem: str | Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str, decimal: str
+) -> None:
     """Write a table and a picture into one folder."""
+    from knitstudy.use.measured_curve import DIGITS
     from knitstudy.use.plot import draw_curves
     from knitstudy.use.style import save
 
-    write_table(table, f"{stem}.csv")
+    again = " (in place of earlier ones)" if Path(f"{stem}.csv").exists() else ""
+    write_table(table, f"{stem}.csv", decimal, digits=DIGITS)
     save(draw_curves(curves), [f"{stem}.png"], {}, title)
-    click.echo(f"{stem}.csv, .png: {title}", err=True)
+    click.echo(f"{stem}.csv, .png: {title}{again}", err=True)
+
+
+def _require_finite(numbers: Iterable[float], where: Path) -> None:
+    """Refuse numbers of a comparison that are none."""
+    if not np.isfinite([*numbers]).all():
+        raise DataFileError(f"{where}: has forces or strains that are too small or too large to be compared")
 
 
 @click.command()
@@ -105,6 +138,10 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     MEASURED.columns.yaml. Of several curves the command takes the curve of the result's direction; --only chooses among
     others. Of cycles the first loading is compared, of both; --cycle and --branch choose another.
 
+    A curve begins at its first point: a preload, the position of the crosshead there and the offset of a load cell are
+    taken off, and a line says so. A file whose first row comes one step after its own zero keeps this zero. A first
+    force of more than a tenth of the others is a question, which --zero answers. --zero toe takes off a toe of slack.
+
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv
     knitstudy compare runs/simulation/jersey.nc lab.csv --only yarn=cotton
@@ -115,7 +152,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     written beside the result.
     """
     from knitstudy.run.stages import STAGES
-    from knitstudy.use.measured_curve import at, simulated_curve, within
+    from knitstudy.use.measured_curve import SAME, at, simulated_curve, within, without_noise
 
     history = read_dataset(result)
     scene, direction = _pulled(console.recorded(str(result), {})[0])
@@ -123,14 +160,21 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     if "axis" not in history.attrs:
         raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
     way = {name: named[name] for name in WAY}
-    simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)
+    with console.naming(result):
+        simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)
     curve, reach = within(whole, simulated), f"{100 * simulated.index[-1]:.3g} % strain"
     if curve.empty:
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
     strains = curve.index.to_numpy(dtype=float)
-    forces, norm = at(simulated, strains), 100 / np.linalg.norm(curve)
+    forces = at(simulated, strains)
+    if not forces.any():
+        where = f"{100 * strains[-1]:.3g} % strain, where {measured} ends"
+        raise DataFileError(f"{result}: has no force up to {where}: measure more")
+    if not curve.any():
+        raise DataFileError(f"{measured}: has no force up to {reach}, where {result} ends: simulate more")
+    norm = 100 / np.linalg.norm(curve)
     factor = curve @ forces / (forces @ forces)
-    points = {"strain [1]": curve.index, "measured [N/m]": curve, "simulated [N/m]": forces}
+    points = pd.DataFrame({"strain [1]": strains, "measured [N/m]": curve, "simulated [N/m]": forces})
     rows = [
         ("points compared", len(curve), f"of {len(whole)}"),
         ("largest strain of them", 100 * curve.index[-1], "%"),
@@ -138,17 +182,19 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
         ("force there, simulated", forces[-1], "N/m"),
         ("distance", norm * np.linalg.norm(forces - curve), "%"),
     ]
-    if not _stiffnesses(scene):
+    if not _stiffnesses(scene) and factor > 0:
         distance = norm * np.linalg.norm(factor * forces - curve)
         rows.append(("nearest Young's modulus", factor * scene.yarn.youngs_modulus, "Pa"))
         rows.append(("distance with it", distance, "%"))
+    _require_finite((value for _, value, _ in rows), measured)
     console.print_table(("quantity", "value", "unit"), rows)
-    if whole.index[-1] > simulated.index[-1]:
+    if whole.index[-1] > simulated.index[-1] * (1 + SAME):
         more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
         click.echo(f"{result} ends at {reach}; {more}", err=True)
     curves = {"measured": whole, str(scene.name): simulated}
     title = f"{scene.name} and {measured.name}"
-    _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
+    stem = result.with_name(f"{result.stem}-{name}")
+    _write(stem, without_noise(points), curves, title, named["decimal"])
 
 
 @click.command()
@@ -241,10 +287,13 @@ def fit(
     moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
     values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
     values |= {FRICTION: fitted.friction} if slides else {}
+    _require_finite((number for interval in values.values() for number in interval), measured)
+    if fitted.factor[0] <= 0:
+        raise DataFileError(f"{measured}: no modulus fits: its forces fall where those of the scene rise")
     table = _printed(fitted, values)
     curves = {"measured": whole, "fit": pd.Series(fitted.forces, curve.index)}
     title = f"fit of {chosen.name} to {measured.name}"
-    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
+    _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title, named["decimal"])
     click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
 
 
@@ -255,6 +304,8 @@ def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
     rows.append((f"deviation that remains, of the {of}", 100 * fitted.noise, "", "", "%"))
     table = pd.DataFrame(rows, columns=["quantity", "value", "95 % from", "to", "unit"])
     console.print_table(list(table.columns), table.to_numpy())
+    numbers = list(table.columns[1:4])
+    table[numbers] = table[numbers].replace("", nan).astype(float)
     table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
     for line in fitted.remarks():
         click.echo(line, err=True)

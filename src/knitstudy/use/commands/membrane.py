@@ -92,7 +92,16 @@ def _require_one_fabric(results: tuple[Path, ...]) -> None:
 @click.option("--strain", type=SIZE, required=True, help="Displacement of the clamps over the length.")
 @click.option("--direction", type=click.Choice(STRAINS[:2]), default="course", show_default=True)
 @click.option("-o", "--output", type=CSV, help="File of the curve (.csv); default: beside the law.")
-def strip(law: Path, length: float, width: float, strain: float, direction: str, output: Path | None) -> None:
+@console.decimal_option
+def strip(
+    law: Path,
+    length: float,
+    width: float,
+    strain: float,
+    direction: str,
+    output: Path | None,
+    decimal: str,
+) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
     The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
@@ -104,6 +113,7 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     knitstudy strip jersey.nc --length 0.0455 --width 0.0959 --strain 0.3 --direction wale
     """
     from knitstudy.use.fabric_law import WRINKLES, forces_beside, law_of, strain_at, stretch_strip
+    from knitstudy.use.measured_curve import without_noise
 
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain", "law_force"} <= set(fitted.variables):
@@ -115,7 +125,7 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     table = pd.DataFrame({"strain [1]": pulled["strain"], "force per width [N/m]": pulled["force_per_width"]})
     table["width half way over width at rest [1]"] = pulled["waist"].to_numpy()
     table["free across [N/m]"] = free["force_per_width"].to_numpy()
-    write_table(table, path)
+    write_table(without_noise(table), path, decimal)
     forces = np.array(SHARES) * float(min(pull["force_per_width"][-1] for pull in (pulled, free)))
     strains = [strain_at(pull, forces) for pull in (pulled, free)]
     rows = np.column_stack([forces, *strains, 100 * (strains[0] / strains[1] - 1)])

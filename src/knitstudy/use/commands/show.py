@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from knitstudy.run.commands import console
 from knitstudy.run.configuration import default_keys
 
 if TYPE_CHECKING:
+    import pandas as pd
     import xarray as xr
 
     from knitstudy.measures.summary import Quantity
@@ -30,18 +30,6 @@ DIALECTS = {
     "paraview": "series",
     "shell": "shell_section",
 }
-
-
-@contextmanager
-def _naming(file: Path) -> Iterator[None]:
-    """Name the file in whatever is wrong with its content."""
-    try:
-        yield
-    except DataFileError as error:
-        raise DataFileError(f"{file}: {error}") from error
-    except (AttributeError, IndexError, KeyError, TypeError, ValueError) as error:
-        what = f"its variables or attributes do not fit a result ({type(error).__name__}: {error})"
-        raise DataFileError(f"{file}: {what}; make it again") from error
 
 
 @click.command()
@@ -58,8 +46,9 @@ def _naming(file: Path) -> Iterator[None]:
 @click.option(
     "--curve",
     type=console.CSV,
-    help="Write strains, forces per width and energy of a history as well (.csv).",
+    help="Write strains, forces per width and energy of a history as well (.csv); of two, with their names.",
 )
+@console.decimal_option
 @click.option(
     "--picture",
     "pictures",
@@ -81,6 +70,7 @@ def show(
     keys: bool,
     plot: Path | None,
     curve: Path | None,
+    decimal: str,
     pictures: tuple[Path, ...],
     colour: str,
     config: Path,
@@ -96,6 +86,7 @@ def show(
     knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc
     knitstudy show runs/simulation/yarns-tie-course.nc --plot force.png
     knitstudy show runs/simulation/cell-course.nc --curve curve.csv
+    knitstudy show runs/simulation/cell-course.nc --curve curve.csv --decimal ,
     knitstudy show runs/simulation/yarns-tie-course.nc runs/simulation/yarns-tie-course-p3.nc --plot both.png
     knitstudy show runs/simulation/cell-course.nc --picture knit.webp --picture knit.html
     knitstudy show results/tables/simulation_tie.csv
@@ -111,40 +102,57 @@ def show(
     for path in filter(None, (file, other)):
         if path.suffix != ".nc":
             raise DataFileError(f"{path}: results are .nc and .csv files")
+    if other is not None and (keys or pictures):
+        option = "--keys" if keys else "--picture"
+        raise click.UsageError(f"{option} is of one result; leave out {other}, or name it alone")
     from knitstudy.measures.summary import kind_of
-    from knitstudy.use.measured_curve import curve_table
     from knitstudy.use.plot import draw
     from knitstudy.use.style import save
 
-    dataset = read_dataset(file)
+    results = {path: read_dataset(path) for path in filter(None, (file, other))}
+    dataset = results[file]
     if other is not None:
-        _print_differences(dataset, read_dataset(other), file, other)
+        _print_differences(dataset, results[other], file, other)
     elif keys:
         _print_keys(dataset, file, config)
     else:
         console.print_table(("quantity", "value", "unit"), _quantities(dataset, file))
     if plot is not None:
         click.echo(f"drawing {plot} ...", err=True)
-        both = [dataset, *([read_dataset(other)] if other is not None else [])]
-        with _naming(file):
-            kind, drawing = kind_of(dataset), draw(*both)
+        with console.naming(file):
+            kind, drawing = kind_of(dataset), draw(*results.values())
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         click.echo(f"drawn: {plot}", err=True)
     if curve is not None:
-        cell = "force_per_width" in dataset
-        geometry = None if cell else console.undeformed(file, dataset, solids=False)[1]
-        with _naming(file):
-            write_table(curve_table(dataset, geometry), curve)
+        write_table(_curves(results), curve, decimal)
         click.echo(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
+
+
+def _curves(results: Mapping[Path, xr.Dataset]) -> pd.DataFrame:
+    """Return the curves of histories by their files, one below the other; of several, a column has their names."""
+    import pandas as pd
+
+    from knitstudy.use.measured_curve import curve_table
+
+    stems = {path.stem for path in results}
+    tables = {}
+    for path, history in results.items():
+        cell = "force_per_width" in history
+        geometry = None if cell else console.undeformed(path, history, solids=False)[1]
+        with console.naming(path):
+            tables[path.stem if len(stems) == len(results) else str(path)] = curve_table(history, geometry)
+    if len(tables) == 1:
+        return next(iter(tables.values()))
+    return pd.concat(tables, names=["result"]).reset_index(level="result").reset_index(drop=True)
 
 
 def _quantities(dataset: xr.Dataset, file: Path) -> list[Quantity]:
     """Return the summary of a result with the construction that is known of it."""
     from knitstudy.measures.summary import summarise
 
-    with _naming(file):
+    with console.naming(file):
         return _with_construction(summarise(dataset), dataset, file)
 
 
@@ -229,7 +237,7 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
     except DataFileError as error:  # the numbers of an old file can be compared all the same
         click.echo(console.plain(str(error)), err=True)
     quantities = _quantities(first, file), _quantities(second, other)
-    with _naming(other):
+    with console.naming(other):
         rows = list(side_by_side(*quantities))
     console.print_table(("quantity", str(file), str(other), "ratio", "unit"), rows)
 
