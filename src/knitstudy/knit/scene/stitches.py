@@ -59,12 +59,8 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     rows = [stitches_of_row(row) for row in stitches]
     for row, every in enumerate(rows, 1):
         for number, stitch in enumerate(every, 1):
-            if stitch[0] not in STITCHES.names():
-                return f"stitch {number} of row {row} is {stitch!r} but must be {meanings(STITCHES.all())}"
-            if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
-                return (
-                    f"stitch {number} of row {row} is {stitch!r}: a loop has marks of one kind, a float none"
-                )
+            if wrong := _wrong_stitch(stitch):
+                return f"stitch {number} of row {row} is {stitch!r}{wrong}"
     if not rows or not rows[0] or len({len(every) for every in rows}) > 1:
         return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
     if idle := idle_needle(stitches):
@@ -73,13 +69,46 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     for row, every in enumerate(rows, 1):
         if set(every) == {"-"}:
             return f"row {row} floats past all needles but must have a stitch"
+    if empty := empty_needle(stitches):
+        row, number = empty
+        return f"stitch {number} of row {row} has no loop to be drawn through: on an empty needle it is a tuck (T)"
     return None
+
+
+def _wrong_stitch(stitch: str) -> str:
+    """Return what is wrong in a letter with its marks; empty if nothing is."""
+    if stitch[0] not in STITCHES.names():
+        return f" but must be {meanings(STITCHES.all())}"
+    if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
+        return ": a loop has marks of one kind, a float none"
+    return ""
 
 
 def idle_needle(stitches: Sequence[str]) -> int | None:
     """Return the number, from 1, of the first column in which no stitch is K or P; None if there is none."""
     columns = enumerate(zip(*map(stitches_of_row, stitches), strict=True), 1)
     return next((number for number, column in columns if not any(map(knits, column))), None)
+
+
+def empty_needle(stitches: Sequence[str]) -> tuple[int, int] | None:
+    """Return row and number, from 1, of the first K or P on an empty needle; None if each has a loop below.
+
+    Examples
+    --------
+    >>> empty_needle(["K>K"])  # all loops of the first needle go to the second one
+    (1, 1)
+    """
+    rows = [stitches_of_row(row) for row in stitches]
+    height, width = len(rows), len(rows[0])
+    filled = {
+        ((row + up) % height, (column + along) % width)
+        for (row, column), (up, along) in ways_to_next(stitches).items()
+        if STITCHES.find(rows[row][column][0]).has_head
+    }
+    for row, column in product(range(height), range(width)):
+        if knits(rows[row][column]) and (row, column) not in filled:
+            return row + 1, column + 1
+    return None
 
 
 def knits(stitch: str) -> bool:
