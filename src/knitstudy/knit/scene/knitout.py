@@ -24,13 +24,12 @@ from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back
 from knitstudy.knit.scene.repeat_search import largest_repeat, numbered
 from knitstudy.knit.scene.stitches import (
     MARKS,
-    STITCHES,
+    Place,
     empty_needle,
     idle_needle,
     knits,
+    parents_of_letters,
     size_of_repeat,
-    stitches_of_row,
-    ways_to_next,
     wrong_stitches,
 )
 
@@ -46,7 +45,6 @@ LETTERS = 60  # Characters of letters that a message shows
 NO_LETTER = "?"
 
 Ends = tuple[int, int]  # the first and the last one
-Place = tuple[int, int]  # row and column
 
 
 @dataclass(frozen=True)
@@ -381,13 +379,3 @@ def columns_of(loops: Sequence[Loop], facing: bool) -> tuple[dict[Needle, int], 
             needles.append(needle)
         column[needle] = len(needles) - 1
     return column, needles, np.array([at[needle] for needle in needles])
-
-
-def parents_of_letters(stitches: Sequence[str]) -> dict[Place, set[Place]]:
-    """Return how many rows below and columns to the left the parents of stitches are, by row and column of a repeat."""
-    high, wide = len(stitches), len(stitches_of_row(stitches[0]))
-    parents: dict[Place, set[Place]] = {}
-    for (row, column), (up, along) in ways_to_next(stitches).items():
-        if STITCHES.find(stitches_of_row(stitches[row])[column][0]).has_head:
-            parents.setdefault(((row + up) % high, (column + along) % wide), set()).add((up, along))
-    return parents
