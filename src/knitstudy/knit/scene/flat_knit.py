@@ -142,7 +142,7 @@ def _yarns(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault 
         (carrier, loop, after)
         for carrier, yarn in machine.loops_by_carrier().items()
         for loop, after in pairwise(yarn)
-        if not loop.cut and any(body.holds(each.row, column[each.needle]) for each in (loop, after))
+        if not loop.cut and any(body.holds(each.row, column.get(each.needle, -1)) for each in (loop, after))
     ]
     live = _LiveColumns(machine, column)
     for carrier, loop, after in sorted(steps, key=lambda step: (step[2].row, step[2].line)):
@@ -161,15 +161,18 @@ def _yarns(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault 
 
 def _wrong_step(loop: Loop, after: Loop, column: Mapping[Needle, int], body: Body, live: _LiveColumns) -> str:
     """Return what knits have a step of the yarn that is none of flat fabric; empty if it is one."""
+    if loop.needle not in column or after.needle not in column:
+        return ""  # from or to rows that are left out
     here, there = column[loop.needle], column[after.needle]
     along = (there - here) * (1 if loop.way == "+" else -1)
     if loop.row == after.row:
         return "" if along > 0 else "racked ribs and needles out of order"
     left, right, columns = live.beside(after.row, here, there)
-    if after.way == loop.way and loop.row in body.rows and after.row in body.rows and -2 * along >= columns:
+    inside = min(left, right) > max(EDGE, min(body.wide, len(live.loops) // 4))
+    both = loop.row in body.rows and after.row in body.rows
+    if after.way == loop.way and -2 * along >= columns and (both or inside):
         return "a cord or a tube that is knitted round, whose yarn comes back without knitting"
-    near = max(EDGE, min(body.wide, len(live.loops) // 4))
-    return SHORT_ROWS if min(left, right) > near else ""
+    return SHORT_ROWS if inside else ""
 
 
 def _extents(machine: Machine) -> tuple[str, bool]:
@@ -187,9 +190,8 @@ class _LiveColumns:
         self.row, self.at, rows = -1, 0, len(machine.rows)
         changes: list[tuple[int, int, int]] = []
         for loop in (each for row in machine.rows for each in row):
-            ends = [begun for begun, _ in loop.stays[1:]] + [rows if loop.gone is None else loop.gone]
-            for (begun, needle), end in zip(loop.stays, ends, strict=True):
-                if needle in column and begun < end:
+            for begun, end, needle in loop.spans(rows):
+                if needle in column:
                     changes += [(begun, column[needle], 1), (end, column[needle], -1)]
         self.changes = sorted(changes)
         self.loops = np.zeros(len(set(column.values())), dtype=int)

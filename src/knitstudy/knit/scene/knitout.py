@@ -105,6 +105,8 @@ class Letters:
     def __init__(self, machine: Machine) -> None:
         if not machine.rows:
             raise ConfigurationError(f"{machine.path}: has no stitches")
+        if len({loop.needle for row in machine.rows for loop in row}) == 1:
+            raise ConfigurationError(f"{machine.path}: all loops are on one needle: a chain, and no fabric")
         self.machine, self.loops = machine, [loop for row in machine.rows for loop in row]
         self.column, self.needle, self.position = columns_of(self.loops, machine.unit == "loop")
         size = len(machine.rows), len(self.needle)
@@ -153,8 +155,8 @@ class Letters:
                 self.faults[self.place(loop)] = Fault(loop.line, fault)
 
     def place(self, loop: Loop) -> Place:
-        """Return row and column of a loop."""
-        return loop.row, self.column[loop.needle]
+        """Return row and column of a loop; column -1 of a needle that is left out."""
+        return loop.row, self.column.get(loop.needle, -1)
 
     def _bound_off(self) -> int:
         """Return the first row that binds off, or the number of all rows."""
@@ -178,17 +180,40 @@ class Letters:
         self.grid[place] += abs(way) * mark
 
     def part(self, rows: Ends | None, needles: Ends | None) -> tuple[range, range]:
-        """Return the rows and columns of the grid with some passes and needles."""
+        """Return the rows and columns of the grid with some passes and needles, without empty columns."""
         low, high = rows or (1, len(self.grid))
-        at = np.array([needle[1] for needle in self.needle])
-        least, most = needles or (at.min(), at.max())
+        at = [needle[1] for needle in self.needle]
+        least, most = needles or (min(at), max(at))
+        has = (
+            f"rows 1 to {len(self.grid)} and needles {name_of(self.needle[0])} to {name_of(self.needle[-1])}"
+        )
         there = range(max(low - 1, 0), min(high, len(self.grid)))
-        columns = np.flatnonzero((least <= at) & (at <= most))
-        if not there or not columns.size:
-            has = f"rows 1 to {len(self.grid)} and needles {name_of(self.needle[0])} to {name_of(self.needle[-1])}"
+        self._leave_out_empty(there)
+        columns = [column for column, needle in enumerate(self.needle) if least <= needle[1] <= most]
+        if not there or not columns:
             asked = f"rows {rows}, needles {needles}"
             raise ConfigurationError(f"{self.machine.path}: {asked} hold no loops; it has {has}")
-        return there, range(int(columns[0]), int(columns[-1]) + 1)
+        return there, range(columns[0], columns[-1] + 1)
+
+    def _leave_out_empty(self, rows: range) -> None:
+        """Leave out columns without loops in some rows, such as those of waste yarn alone.
+
+        Loops that are held there count, unless they are never knitted again.
+        """
+        used = {self.column[loop.needle] for row in rows for loop in self.machine.rows[row]}
+        for loop in (each for each in self.loops if each.gone is not None):
+            for begun, end, needle in loop.spans(len(self.machine.rows)):
+                if needle in self.column and begun < rows.stop and end > rows.start:
+                    used.add(self.column[needle])
+        left = sorted(used)
+        number = {column: at for at, column in enumerate(left)}
+        self.column = {needle: number[column] for needle, column in self.column.items() if column in used}
+        self.faults = {(row, number[at]): fault for (row, at), fault in self.faults.items() if at in used}
+        self.needle, self.position, self.grid = (
+            [self.needle[at] for at in left],
+            self.position[left],
+            self.grid[:, left],
+        )
 
     def fabric(self, rows: range, columns: range, share: float) -> range:
         """Return the rows behind the cast-on: behind the last tuck on this share of the needles before they knit."""
@@ -214,12 +239,29 @@ class Letters:
         if found:
             (up, along), (high, wide) = found
             return Body(fabric[up], columns[along], wide, True), high
-        whole = rows if all_rows else self.fabric(rows, columns, 1.0)
+        whole = rows if all_rows else self._behind_rounds(self.fabric(rows, columns, 1.0), columns)
         if not whole:
             raise ConfigurationError(f"{self.machine.path}: {self._nothing(columns)}")
         numbers = numbers[len(fabric) - len(whole) :]
         alike = (n for n in range(1, len(columns) // 2 + 1) if (numbers[:, n:] == numbers[:, :-n]).all())
         return Body(whole, columns, next(alike, len(columns)), False), len(whole)
+
+    def _behind_rounds(self, rows: range, columns: range) -> range:
+        """Return rows behind first rounds of several passes, in which one yarn knits once on every needle.
+
+        A cast-on goes on in this way; a fabric that does repeats itself, or has several yarns.
+        """
+        begun, met = 0, set[int]()
+        yarns = set[tuple[str, ...]]()
+        for number, row in enumerate(rows):
+            knitted = {column for column in columns if self.grid[row, column] != "-"}
+            yarns |= {loop.carriers for loop in self.machine.rows[row]}
+            if knitted & met or len(knitted) == len(columns) or len(yarns) > 1:
+                break
+            met |= knitted
+            if len(met) == len(columns):
+                begun, met = number + 1, set()
+        return rows[begun:]
 
     def _nothing(self, columns: range) -> str:
         """Return why no row of some columns is a row of fabric."""
