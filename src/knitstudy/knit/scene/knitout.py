@@ -195,16 +195,18 @@ class Letters:
             raise ConfigurationError(f"{self.machine.path}: {asked} hold no loops; it has {has}")
         return there, range(columns[0], columns[-1] + 1)
 
-    def _leave_out_empty(self, rows: range) -> None:
-        """Leave out columns without loops in some rows, such as those of waste yarn alone.
-
-        Loops that are held there count, unless they are never knitted again.
-        """
+    def _used(self, rows: range) -> set[int]:
+        """Return columns that have loops in some rows, made or held; but not held ones that are never knitted again."""
         used = {self.column[loop.needle] for row in rows for loop in self.machine.rows[row]}
         for loop in (each for each in self.loops if each.gone is not None):
             for begun, end, needle in loop.spans(len(self.machine.rows)):
-                if needle in self.column and begun < rows.stop and end > rows.start:
-                    used.add(self.column[needle])
+                if begun < rows.stop and end > rows.start:
+                    used.add(self.column.get(needle, self.column[loop.needle]))
+        return used
+
+    def _leave_out_empty(self, rows: range) -> None:
+        """Leave out columns without loops in some rows, such as those of waste yarn alone."""
+        used = self._used(rows)
         left = sorted(used)
         number = {column: at for at, column in enumerate(left)}
         self.column = {needle: number[column] for needle, column in self.column.items() if column in used}
@@ -249,19 +251,21 @@ class Letters:
     def _behind_rounds(self, rows: range, columns: range) -> range:
         """Return rows behind first rounds of several passes, in which one yarn knits once on every needle.
 
-        A cast-on goes on in this way; a fabric that does repeats itself, or has several yarns.
+        A cast-on goes on in this way, and the first row of the fabric knits on all needles.
         """
         begun, met = 0, set[int]()
         yarns = set[tuple[str, ...]]()
         for number, row in enumerate(rows):
             knitted = {column for column in columns if self.grid[row, column] != "-"}
             yarns |= {loop.carriers for loop in self.machine.rows[row]}
-            if knitted & met or len(knitted) == len(columns) or len(yarns) > 1:
+            if knitted & met or len(yarns) > 1:
                 break
+            if len(knitted) == len(columns):
+                return rows[begun:]
             met |= knitted
             if len(met) == len(columns):
                 begun, met = number + 1, set()
-        return rows[begun:]
+        return rows
 
     def _nothing(self, columns: range) -> str:
         """Return why no row of some columns is a row of fabric."""

@@ -16,7 +16,7 @@ from knitstudy.errors import ConfigurationError
 Size = tuple[int, int]  # rows and columns
 Part = tuple[slice, slice]
 
-MOST_COMPARED = 20_000_000_000  # Cells that are compared in one search: some seconds
+MOST_COMPARED = 10_000_000_000  # Cells that are compared in one search: some seconds
 
 
 def numbered(cells: Sequence[bytes] | Sequence[str]) -> np.ndarray:
@@ -45,7 +45,8 @@ class _Search:
     """A search for parts with two repeats or more above each other, and `fewest` or more side by side."""
 
     def __init__(self, grid: np.ndarray, fewest: int) -> None:
-        self.grid, self.fewest, self.compared = grid, (2, fewest), 0
+        self.grid = grid.astype(np.min_scalar_type(grid.max(initial=0)))
+        self.fewest, self.compared = (2, fewest), 0
 
     def largest(self) -> tuple[Part, Size] | None:
         """Return the largest part that repeats itself, and the size of its repeat."""
