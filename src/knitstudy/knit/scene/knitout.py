@@ -40,6 +40,7 @@ BINDING = 2  # Loops of a pass that binds off, at most
 MOST = (
     0.9  # Share of the needles that have knitted before the fabric begins; others may begin later, at edges
 )
+FEWEST = 2  # Rows of a piece that does not repeat itself
 MOST_PLACES = 4_000_000  # Rows times columns
 LETTERS = 60  # Characters of letters that a message shows
 NO_LETTER = "?"
@@ -80,6 +81,9 @@ def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None
     letters.check(stitches, body)
     if not rows:
         letters.require_one_yarn(body)
+        if high < FEWEST and not body.repeats:
+            fact = f"row {body.rows[0] + 1} alone follows on the cast-on of all needles"
+            raise ConfigurationError(f"{machine.path}: {fact}: nothing says how it goes on")
     if not body.repeats and high > 1:
         log.warning("%s: no rows repeat themselves: all of them are the repeat", machine.path)
     names = [name_of(letters.needle[end]) for end in (body.columns[0], body.columns[-1], 0, -1)]
@@ -105,10 +109,10 @@ class Letters:
     def __init__(self, machine: Machine) -> None:
         if not machine.rows:
             raise ConfigurationError(f"{machine.path}: has no stitches")
-        if len({loop.needle for row in machine.rows for loop in row}) == 1:
-            raise ConfigurationError(f"{machine.path}: all loops are on one needle: a chain, and no fabric")
         self.machine, self.loops = machine, [loop for row in machine.rows for loop in row]
         self.column, self.needle, self.position = columns_of(self.loops, machine.unit == "loop")
+        if len(self.needle) == 1:
+            raise ConfigurationError(f"{machine.path}: all loops are on one needle: a chain, and no fabric")
         size = len(machine.rows), len(self.needle)
         if size[0] * size[1] > MOST_PLACES:
             fact = f"{len(self.loops)} loops in {size[0]} passes over {size[1]} needles"
@@ -272,7 +276,7 @@ class Letters:
         fact = "no row follows on one in which every needle has a loop: nothing is a stitch"
         begun: dict[int, Loop] = {}
         for loop in self.loops:
-            begun.setdefault(self.column[loop.needle], loop)
+            begun.setdefault(self.place(loop)[1], loop)
         late = max((loop for column, loop in begun.items() if column in columns), key=lambda loop: loop.row)
         if late.row > EDGE:
             fact += f" (needle {name_of(late.needle)} begins in row {late.row + 1}: the piece becomes wider)"
