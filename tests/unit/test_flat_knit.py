@@ -267,3 +267,14 @@ def test_terminal_escapes_of_a_file_are_written_out(tmp_path, caplog):
     with refusal(r"\\x1b") as refused:
         repeat_of(file(path, [f"knot{escape} + f1 3"]))
     assert str(refused.value).isprintable()
+
+
+@pytest.mark.parametrize("stitches", [["K>K", "KK"], ["K)K", "KK"]])
+def test_letters_whose_needles_run_empty_are_refused_in_a_scene(plain_scene, stitches):
+    cell = {"specimen": "cell", "fidelity": "beam", "interaction": "isotropic"}
+    with refusal("has no loop to be drawn through: on an empty needle it is a tuck"):
+        plain_scene.vary(cell | {"pattern.stitches": stitches, "pattern.loops": 2, "pattern.rows": 2})
+    refilled = [stitches[0], "TK"]
+    assert plain_scene.vary(
+        cell | {"pattern.stitches": refilled, "pattern.loops": 2, "pattern.rows": 2}
+    ).pattern.stitches == tuple(refilled)

@@ -68,8 +68,9 @@ def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None
 
     The knit is the path of a knitout file, a graph of knit-graphs, or the third result of knitout-interpreter's
     ``run_knitout``. The part are passes of the carriage, `rows` from 1 on, and positions of needles as in the file; by
-    default all. Raises ConfigurationError when the file cannot be read or knitted, or holds what no letters say, with
-    its line; when rows of another yarn lie above or below the body; or when no needle knits twice.
+    default all. Raises ConfigurationError when the file cannot be read or knitted, holds what no letters say, or is no
+    endless flat fabric, such as a tube or a triangle, with its line; when rows of another yarn lie above or below the
+    body; or when no needle knits twice.
     """
     machine = Machine.of_file(Path(knit)) if isinstance(knit, str | Path) else machine_of(knit)
     letters = Letters(machine)
@@ -215,16 +216,15 @@ class Letters:
         number = {column: at for at, column in enumerate(left)}
         self.column = {needle: number[column] for needle, column in self.column.items() if column in used}
         self.faults = {(row, number[at]): fault for (row, at), fault in self.faults.items() if at in used}
-        self.needle, self.position, self.grid = (
-            [self.needle[at] for at in left],
-            self.position[left],
-            self.grid[:, left],
-        )
+        self.needle = [self.needle[at] for at in left]
+        self.position = self.position[left]
+        self.grid = self.grid[:, left]
 
     def fabric(self, rows: range, columns: range, share: float) -> range:
         """Return the rows behind the cast-on: behind the last tuck on this share of the needles before they knit."""
         grid = self.grid[rows.start : rows.stop, columns.start : columns.stop]
-        drawn = np.array([[cell == NO_LETTER or knits(cell) for cell in row] for row in grid])
+        knit = {stitch: stitch == NO_LETTER or knits(stitch) for stitch in set(grid.ravel().tolist())}
+        drawn = np.array([[knit[stitch] for stitch in row] for row in grid], dtype=bool).reshape(grid.shape)
         begun = np.logical_or.accumulate(drawn, axis=0)
         tucks = (grid != "-") & ~begun
         last = np.where(tucks.any(axis=0), len(rows) - 1 - tucks[::-1].argmax(axis=0), -1)
