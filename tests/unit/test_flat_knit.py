@@ -142,6 +142,25 @@ def test_rounds_of_a_cast_on_are_no_fabric(tmp_path, rounds):
     assert repeat_of(file(tmp_path / "a.k", rounds + lines)) == letters
 
 
+@pytest.mark.parametrize("way", ["+", "-"])
+def test_a_picture_is_read_to_where_it_is_bound_off(tmp_path, way):
+    """Loop after loop is handed to its neighbour and drawn off with it, all in one direction."""
+    lines, letters = picture(6 if way == "-" else 5)
+    by = 1 if way == "+" else -1
+    needles = range(1, WIDE) if way == "+" else range(WIDE, 1, -1)
+    last = ["b" if letter == "P" else "f" for letter in letters[-1]]
+    bound = [f"xfer b{n} f{n}" for n in range(1, WIDE + 1) if last[n - 1] == "b"]
+    for n in needles:
+        bound += [
+            f"xfer f{n} b{n}",
+            f"rack {by}",
+            f"xfer b{n} f{n + by}",
+            "rack 0",
+            f"knit {way} f{n + by} 3",
+        ]
+    assert repeat_of(file(tmp_path / "a.k", tucked() + lines + bound)) == letters
+
+
 def narrowing(steps, drop=False):
     """Return rows that become a needle narrower on the left, whose loop is handed to its neighbour or left alone."""
     lines = []

@@ -37,9 +37,7 @@ log = logging.getLogger(__name__)
 
 INCH = 25.4e-3  # [m]
 BINDING = 2  # Loops of a pass that binds off, at most
-MOST = (
-    0.9  # Share of the needles that have knitted before the fabric begins; others may begin later, at edges
-)
+MOST = 0.9  # Share of the needles that begin in the rows of the cast-on; others may begin later, at edges
 FEWEST = 2  # Rows of a piece that does not repeat itself
 MOST_PLACES = 4_000_000  # Rows times columns
 LETTERS = 60  # Characters of letters that a message shows
@@ -91,8 +89,8 @@ def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None
     read = Repeat(
         stitches, letters.spacing(body), (body.rows[0] + 1, body.rows[-1] + 1), (names[0], names[1])
     )
-    fabric = part if rows else letters.fabric(part, columns, MOST)
-    less = body.rows[0] > fabric[0] or len(body.rows) + 1 < len(fabric)
+    begun = part if rows else letters.begun(part, columns, MOST)
+    less = body.rows[0] > begun[0] or len(body.rows) + 1 < len(begun)
     if less or len(body.columns) < len(letters.needle):
         text = "the repeat is of rows {} to {} of {}, needles {} to {} of {} to {}; what begins, is bound off"
         known = text.format(*read.rows, len(machine.rows), *names)
@@ -165,11 +163,20 @@ class Letters:
 
     def _bound_off(self) -> int:
         """Return the first row that binds off, or the number of all rows."""
-        for number, row in enumerate(self.machine.rows):
-            pairs = ((loop, parent) for loop in row for parent in loop.parents)
-            if len(row) <= BINDING and any(self.column[a.needle] != self.column[b.needle] for a, b in pairs):
-                return number
-        return len(self.machine.rows)
+        return next(
+            (at for at, row in enumerate(self.machine.rows) if self._binds_off(row)), len(self.machine.rows)
+        )
+
+    def _binds_off(self, row: Sequence[Loop]) -> bool:
+        """Whether loops are moved to be drawn off: in a pass of a few loops, or most by the next one of the pass."""
+        moved = [
+            parent
+            for loop in row
+            for parent in loop.parents
+            if self.column[loop.needle] != self.column[parent.needle]
+        ]
+        chained = sum(parent.row == row[0].row for parent in moved)
+        return bool(moved) and (len(row) <= BINDING or 2 * chained >= len(row))
 
     def _mark(self, loop: Loop, parent: Loop) -> None:
         """Add the marks of a parent that was moved to the needle of a loop."""
@@ -220,23 +227,29 @@ class Letters:
         self.position = self.position[left]
         self.grid = self.grid[:, left]
 
-    def fabric(self, rows: range, columns: range, share: float) -> range:
-        """Return the rows behind the cast-on: behind the last tuck on this share of the needles before they knit."""
+    def begun(self, rows: range, columns: range, share: float) -> range:
+        """Return rows without those in which this share of the needles begins."""
+        grid = self.grid[rows.start : rows.stop, columns.start : columns.stop]
+        first = (grid != "-").argmax(axis=0)
+        return rows[int(np.quantile(first, share, method="higher")) + 1 :]
+
+    def fabric(self, rows: range, columns: range) -> range:
+        """Return rows behind the cast-on: its tucks on needles that have not knitted, and its rounds of loops."""
+        rows = self.begun(rows, columns, 1.0)
         grid = self.grid[rows.start : rows.stop, columns.start : columns.stop]
         knit = {stitch: stitch == NO_LETTER or knits(stitch) for stitch in set(grid.ravel().tolist())}
         drawn = np.array([[knit[stitch] for stitch in row] for row in grid], dtype=bool).reshape(grid.shape)
-        begun = np.logical_or.accumulate(drawn, axis=0)
-        tucks = (grid != "-") & ~begun
-        last = np.where(tucks.any(axis=0), len(rows) - 1 - tucks[::-1].argmax(axis=0), -1)
-        return rows[int(np.quantile(last, share, method="higher")) + 1 :]
+        tucks = (grid != "-") & ~np.logical_or.accumulate(drawn, axis=0)
+        last = np.flatnonzero(tucks.any(axis=1))
+        return self._behind_rounds(rows[last[-1] + 1 :] if last.size else rows, columns)
 
     def body(self, rows: range, columns: range, all_rows: bool) -> tuple[Body, int]:
         """Return the largest part that repeats itself, with the rows of its repeat.
 
         Where there is none, it is all but the cast-on. Raises ConfigurationError where nothing is left.
         """
-        fabric = rows if all_rows else self.fabric(rows, columns, MOST)
-        grid = self.grid[fabric.start : fabric.stop, columns.start : columns.stop]
+        begun = rows if all_rows else self.begun(rows, columns, MOST)
+        grid = self.grid[begun.start : begun.stop, columns.start : columns.stop]
         numbers = numbered(grid.ravel().tolist()).reshape(grid.shape)
         try:
             found = largest_repeat(numbers) if grid.size else None
@@ -244,11 +257,11 @@ class Letters:
             raise ConfigurationError(f"{self.machine.path}: {error}") from None
         if found:
             (up, along), (high, wide) = found
-            return Body(fabric[up], columns[along], wide, True), high
-        whole = rows if all_rows else self._behind_rounds(self.fabric(rows, columns, 1.0), columns)
+            return Body(begun[up], columns[along], wide, True), high
+        whole = rows if all_rows else self.fabric(rows, columns)
         if not whole:
             raise ConfigurationError(f"{self.machine.path}: {self._nothing(columns)}")
-        numbers = numbers[len(fabric) - len(whole) :]
+        numbers = numbers[len(begun) - len(whole) :]
         alike = (n for n in range(1, len(columns) // 2 + 1) if (numbers[:, n:] == numbers[:, :-n]).all())
         return Body(whole, columns, next(alike, len(columns)), False), len(whole)
 
