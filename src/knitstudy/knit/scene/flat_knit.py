@@ -12,8 +12,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of, some_of
 
@@ -116,6 +114,10 @@ def _in_front(count: int, beds: Mapping[tuple[int, int], set[bool]]) -> bool:
 
 def _groups(count: int, joined: Sequence[tuple[int, int]]) -> tuple[int, list[int]]:
     """Return the number of groups of things that are joined in pairs, and the group of each."""
+    # Imported here: help and completion, which need the keys of scenes, need no scipy.
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
     pairs = np.array(joined, dtype=int).reshape(-1, 2)
     graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
     groups, group = connected_components(graph, directed=False)
