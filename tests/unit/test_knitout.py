@@ -7,7 +7,8 @@ import pytest
 from refusals import READ, REFUSED, refusal
 
 from knitstudy.knit.geometry.readers import read_fabric
-from knitstudy.knit.scene.knitout import parents_of_letters, read_repeat, repeat_of
+from knitstudy.knit.scene.knitout import read_repeat, repeat_of
+from knitstudy.knit.scene.stitches import parents_of_letters
 
 FILES = Path(__file__).resolve().parents[2] / "examples" / "knitout"
 HEAD = ";!knitout-2\n;;Machine: SWG091N2\n;;Gauge: 15\n;;Carriers: 1 2 3 4 5 6 7 8 9 10\n"

@@ -11,7 +11,7 @@ from itertools import chain, groupby, product
 from statistics import fmean
 from typing import Any
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, printable
 from knitstudy.knit.scene.knitting_machine import Loop, Machine
 
 log = logging.getLogger(__name__)
@@ -27,45 +27,108 @@ def machine_of(graph: Any) -> Machine:
     except (AttributeError, TypeError):
         fact = f"an object of type {type(graph).__name__} is no knit"
         raise ConfigurationError(f"{fact}: allowed are paths of knitout files, and knit graphs") from None
-    child = {parent: source for source in sources for parent in source.parent_loops}
-    plain = not all(hasattr(loop, "source_instruction") for loop in sources)
-    machine = Machine("knit graph", "loop" if plain else "instruction")
+    if all(hasattr(loop, "source_instruction") for loop in sources):
+        return _machine_of_instructions(sources, edges)
+    return _machine_of_loops(sources, edges)
+
+
+def _machine_of_loops(sources: Sequence[Any], edges: Sequence[Any]) -> Machine:
+    """Return a machine that has knitted a graph of loops alone."""
     # Several loops are one stitch where yarns are plated.
-    of = {loop: (loop.parent_loops or loop) if plain else loop.source_instruction for loop in sources}
-    stitches = [list(loops) for _, loops in groupby(sources, of.get)]
-    if plain:
-        places = places_of([first for first, *_ in stitches], child, edges)
-        if loose := [first.loop_id for first, *_ in stitches if first not in places]:
-            log.warning("knit graph: tucks that no loop is drawn through are left out: loops %s", loose)
-    else:
-        places = {loop: (order.needle.position, str(order.direction)) for loop, order in of.items()}
-    last = {source.yarn: source for source in sources}
-    names = {yarn: str(n if plain else yarn.carrier.carrier_id) for n, yarn in enumerate(last, 1)}
+    stitches = _stitches(sources, {loop: loop.parent_loops or loop for loop in sources})
+    child = _children(sources)
+    places = places_of([first for first, *_ in stitches], child, edges)
+    if loose := [first.loop_id for first, *_ in stitches if first not in places]:
+        log.warning("knit graph: tucks that no loop is drawn through are left out: loops %s", loose)
+    stitches = [each for each in stitches if each[0] in places]
+    lines = {first: first.loop_id for first, *_ in stitches}
+    last = _last(sources)
+    names = {yarn: str(number) for number, yarn in enumerate(last, 1)}
+    machine = Machine("knit graph", "loop")
+    made = _knit(machine, stitches, places, lines, names, set(last.values()))
+    _cross(made, child, edges)
+    return machine
+
+
+def _machine_of_instructions(sources: Sequence[Any], edges: Sequence[Any]) -> Machine:
+    """Return a machine that has knitted a graph whose loops name the instructions that made them."""
+    orders = {loop: loop.source_instruction for loop in sources}
+    places = {loop: (order.needle.position, str(order.direction)) for loop, order in orders.items()}
+    lines = {loop: order.line_number for loop, order in orders.items()}
+    last = _last(sources)
+    names = {yarn: printable(str(yarn.carrier.carrier_id)) for yarn in last}
+    machine, child = Machine("knit graph", "instruction"), _children(sources)
+    made = _knit(machine, _stitches(sources, orders), places, lines, names, set(last.values()))
+    for source, loop in made.items():
+        if source not in child and (fallen := getattr(source, "dropping_instruction", None)):
+            loop.dropped = fallen.line_number
+    _cross(made, child, edges)
+    return machine
+
+
+def _stitches(sources: Sequence[Any], key: dict[Any, Any]) -> list[list[Any]]:
+    """Return loops that follow each other and have one key as one stitch."""
+    return [list(loops) for _, loops in groupby(sources, key.get)]
+
+
+def _children(sources: Sequence[Any]) -> dict[Any, Any]:
+    """Return the loop that is drawn through each."""
+    return {parent: source for source in sources for parent in source.parent_loops}
+
+
+def _last(sources: Sequence[Any]) -> dict[Any, Any]:
+    """Return the last loop of every yarn."""
+    return {source.yarn: source for source in sources}
+
+
+def _knit(
+    machine: Machine,
+    stitches: Sequence[list[Any]],
+    places: Places,
+    lines: dict[Any, int],
+    names: dict[Any, str],
+    last: set[Any],
+) -> dict[Any, Loop]:
+    """Knit stitches at their places, and return the loop of the machine for every loop of the graph.
+
+    `lines` and `names` are those of first loops and of yarns in messages; yarns end behind the loops `last`.
+    """
     made: dict[Any, Loop] = {}
-    for first, *others in (each for each in stitches if each[0] in places):
-        machine.line = first.loop_id if plain else of[first].line_number
+    for every in stitches:
+        first, parents = every[0], every[0].parent_loops
+        machine.line = lines[first]
         column, way = places[first]
         needle = f"{'b' if first.pull_direction.name == 'FtB' else 'f'}{column}"
-        every, parents = (first, *others), first.parent_loops
         carriers = [names[each.yarn] for each in every]
         machine.hand((made[parent] for parent in parents), needle)
         machine.run("inhook", *carriers)
         machine.run("knit" if parents else "tuck", way, needle, *carriers)
         made |= dict.fromkeys(every, machine.rows[-1][-1])
-        machine.rows[-1][-1].cut = any(each is last[each.yarn] for each in every)
-    for source, loop in made.items():
-        if source not in child and (fallen := getattr(source, "dropping_instruction", None)):
-            loop.dropped = fallen.line_number
+        machine.rows[-1][-1].cut = not last.isdisjoint(every)
+    return made
+
+
+def _cross(made: dict[Any, Loop], child: dict[Any, Any], edges: Sequence[Any]) -> None:
+    """Keep on which side loops pass each other.
+
+    A machine names the loops that cross, a builder of graphs the loops that are drawn through these.
+    """
     for one, other, way in edges:
-        # A machine names the loops that cross, a builder of graphs the loops that are drawn through these.
         for a, b in [(one, other), *product(one.parent_loops, other.parent_loops)]:
-            if {a, b} <= child.keys():
-                left, right, before, after = (made[each] for each in (a, b, child[a], child[b]))
-                apart, side = right.position - left.position, SIDES.get(way.name, 0)
-                if apart * (after.position - before.position) < 0:
-                    left.passed[right] = right.passed[left] = side if apart > 0 else -side
-                    break
-    return machine
+            if {a, b} <= child.keys() and _passes(
+                (made[a], made[b]), (made[child[a]], made[child[b]]), way.name
+            ):
+                break
+
+
+def _passes(pair: tuple[Loop, Loop], children: tuple[Loop, Loop], way: str) -> bool:
+    """Whether two loops lie the other way round than those that are drawn through them; if so keep who passes whom."""
+    (left, right), (before, after) = pair, children
+    apart, side = right.position - left.position, SIDES.get(way, 0)
+    if apart * (after.position - before.position) >= 0:
+        return False
+    left.passed[right] = right.passed[left] = side if apart > 0 else -side
+    return True
 
 
 def places_of(sources: Sequence[Any], child: dict[Any, Any], edges: Sequence[Any]) -> Places:
@@ -78,26 +141,51 @@ def places_of(sources: Sequence[Any], child: dict[Any, Any], edges: Sequence[Any
     for loop in sources:
         if loop.parent_loops or loop in child:
             below[loop] = loop.parent_loops or [each for each in child[loop].parent_loops if each < loop]
-    below[None] = ()  # the end
-    crossed, places = {loop for *pair, _ in edges for loop in pair}, Places()
-
-    def columns(loop: Any) -> list[int]:
-        return [places[each][0] for each in below[loop] if each in places]
-
-    row: dict[Any, list[int]] = {}  # its loops, with the columns of those below
+    rows = _Rows(below, {loop for *pair, _ in edges for loop in pair})
     for loop in below:
-        known = {each: fmean(of) for each, of in (row | {loop: columns(loop)}).items() if of}
-        at = [known[each] for each in known if crossed.isdisjoint([each, *below[each]])]
-        turns = at not in (sorted(at), sorted(at, reverse=True))
-        if turns or loop is None or not row.keys().isdisjoint(below[loop]):
-            ends = [known[each] for each in row if each in known]
-            way = "-" if ends[-1:] < ends[:1] else "+"
-            cells = sorted(set(chain(*row.values())), reverse=way == "-")
-            early = list(row)[len(cells) :]  # tucks ahead of the next row
-            if not cells or len(cells) > len(row) or any(each.parent_loops for each in early):
-                cells = [of[-1] if of else number for number, of in enumerate(row.values())]
-                early = []
-            places |= {each: (cell, way) for each, cell in zip(row, cells, strict=False)}
-            row = {each: columns(each) for each in early}
-        row[loop] = columns(loop)
-    return places
+        if rows.ends_before(loop):
+            rows.end()
+        rows.add(loop)
+    rows.end()
+    return rows.places
+
+
+class _Rows:
+    """Rows of a graph that names no needles, found along the yarn: `places` are those of the rows that have ended."""
+
+    def __init__(self, below: dict[Any, Sequence[Any]], crossed: set[Any]) -> None:
+        self.below, self.crossed, self.places = below, crossed, Places()
+        self.row: dict[Any, list[int]] = {}  # its loops, with the columns of those below
+
+    def add(self, loop: Any) -> None:
+        """Add a loop to the row."""
+        self.row[loop] = self._columns(loop)
+
+    def _columns(self, loop: Any) -> list[int]:
+        return [self.places[each][0] for each in self.below[loop] if each in self.places]
+
+    def _known(self) -> dict[Any, float]:
+        """Return the columns of loops of the row, of those that lie on loops with a place."""
+        return {loop: fmean(columns) for loop, columns in self.row.items() if columns}
+
+    def ends_before(self, loop: Any) -> bool:
+        """Whether a loop is of the next row: it lies on a loop of this row, or the yarn has turned."""
+        if not self.row.keys().isdisjoint(self.below[loop]):
+            return True
+        known = self._known()
+        if columns := self._columns(loop):
+            known[loop] = fmean(columns)
+        at = [known[each] for each in known if self.crossed.isdisjoint([each, *self.below[each]])]
+        return at not in (sorted(at), sorted(at, reverse=True))
+
+    def end(self) -> None:
+        """Give the loops of the row their places, and begin the next row with its tucks that are early."""
+        known = list(self._known().values())
+        way = "-" if known[-1:] < known[:1] else "+"
+        cells = sorted(set(chain(*self.row.values())), reverse=way == "-")
+        early = list(self.row)[len(cells) :]  # tucks ahead of the next row
+        if not cells or len(cells) > len(self.row) or any(each.parent_loops for each in early):
+            cells = [of[-1] if of else number for number, of in enumerate(self.row.values())]
+            early = []
+        self.places |= {each: (cell, way) for each, cell in zip(self.row, cells, strict=False)}
+        self.row = {each: self._columns(each) for each in early}

@@ -3,35 +3,44 @@
 knitout is the open format of CMU's Textiles Lab for instructions of knitting machines: McCann 2017, "The knitout (.k)
 file format", textiles-lab.github.io/knitout. A loop on a back needle b faces the front needle b + rack. Where the back
 bed is racked its loops pass behind those of the front bed; loops cross nowhere else.
+
+Numbers of a file are bounded as no machine exceeds them, so that a wrong one is named and not knitted for hours.
 """
 
 from __future__ import annotations
 
 import logging
 import re
-from collections import defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
+from itertools import product
 from math import ceil, floor
 from pathlib import Path
-from typing import Any
 
-import numpy as np
-
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, printable
 from knitstudy.files import read_text
 
 log = logging.getLogger(__name__)
 
-NEEDLE = re.compile(r"([fb]s?)(-?\d+)")
+NEEDLE = re.compile(r"([fb]s?)(-?[0-9]+)")
+NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)")
 FRONT, BACK = ("f", "fs"), ("b", "bs")  # beds: needles, and the sliders beside them
 OUT_OF_ORDER = 1.5  # Needles by which an edge may be written out of order within a pass
 FACING = 0.26  # Needles by which two needles may miss each other in a transfer: racked for all needles
 
+DIGITS = 4  # of a needle, at most: beds have less than two thousand needles
+FARTHEST = 100  # Needles by which the back bed is racked, at most
+GAUGES = (0.5, 100.0)  # Needles per inch
+STACK = 100  # Loops on one needle, at most
+MOST_LOOPS = 500_000
+MOST_PASSED = 5_000_000  # Needles and loops that the back bed is racked past, in a whole file
+SHOWN = 60  # Characters of an instruction that a message shows
+NAMED = 5  # Names that a message lists
+
 Needle = tuple[str, int]  # bed and position
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, slots=True)
 class Loop:
     """A loop of yarn."""
 
@@ -49,11 +58,42 @@ class Loop:
     passed: dict[Loop, int] = field(default_factory=dict)
     """Crossings with other loops: 1 for each to the right in front or to the left behind, -1 for the others."""
     cut: bool = False  # the yarn ends behind this loop
+    stays: list[tuple[int, Needle]] = field(
+        default_factory=list
+    )  # needles on which it lies, each as a row begins
+    gone: int | None = None  # the first row at whose beginning it lies on no needle any more
+    sides: dict[Loop, int] = field(default_factory=dict)
+    """On which side of it loops of the other bed lie that it was racked past."""
+
+    def needle_at(self, row: int) -> Needle | None:
+        """Return the needle on which it lies as a row begins; None before it is made, and once it is knitted."""
+        if self.gone is not None and row >= self.gone:
+            return None
+        return next((needle for begun, needle in reversed(self.stays) if begun <= row), None)
+
+    def spans(self, rows: int) -> list[tuple[int, int, Needle]]:
+        """Return from which row to before which it lies on its needles, of a knit of so many rows."""
+        ends = [begun for begun, _ in self.stays[1:]] + [rows if self.gone is None else self.gone]
+        return [
+            (begun, end, needle) for (begun, needle), end in zip(self.stays, ends, strict=True) if begun < end
+        ]
 
 
 def is_back(needle: Needle) -> bool:
     """Whether a needle is of the back bed."""
     return needle[0] in BACK
+
+
+def some_of(names: Iterable[str], joined: str = ", ") -> str:
+    """Return the first names of many, and how many more there are."""
+    names = list(names)
+    more = [f"{len(names) - NAMED} more"] if len(names) > NAMED else []
+    return joined.join([shown(name) for name in names[:NAMED]] + more)
+
+
+def shown(text: str) -> str:
+    """Return a text of a file as messages show it: without control characters, and cut off where it is long."""
+    return printable(text if len(text) <= SHOWN else f"{text[:SHOWN]} ...")
 
 
 def name_of(needle: Needle) -> str:
@@ -69,31 +109,34 @@ class Machine:
         self._words: tuple[str, ...] = ()
         self.headers: dict[str, str] = {}
         self.rows: list[list[Loop]] = []
-        self.live: list[list[Needle]] = []  # needles with loops as each row begins
         self.rack = 0.0
-        self._on: defaultdict[Needle, list[Loop]] = defaultdict(list)
+        self._beds: dict[str, dict[int, list[Loop]]] = {bed: {} for bed in FRONT + BACK}
         self._last: dict[str, Loop | None] = {}  # carriers in action, with their last loops
-        self._sides: dict[tuple[Loop, Loop], float] = {}
-        self._at: tuple[Any, ...] | None = None  # carriers, direction and place of the carriage
+        self._in_row: set[Needle] = set()  # needles of the row that is knitted
+        self._at: tuple[tuple[str, ...], str, float] | None = (
+            None  # carriers, direction and place of the carriage
+        )
+        self._made = self._passed = 0
 
     @classmethod
     def of_file(cls, path: Path) -> Machine:
         """Return a machine that has knitted a file; raises ConfigurationError with the line of a wrong instruction."""
-        self, unknown = cls(path), dict[str, int]()
+        self, unknown = cls(printable(str(path))), dict[str, int]()
         for self.line, text in enumerate(_text(path).splitlines(), 1):
             header = re.match(r";;([^:]+):(.*)", text)
             if header and not self.rows:
                 self.headers[header[1].strip().lower()] = header[2].strip()
             elif words := text.split(";")[0].split():
+                words = words if text.isprintable() else [printable(word) for word in words]
                 if words[0].startswith("x-"):
                     unknown.setdefault(words[0], self.line)
                 else:
                     self.run(*words)
         if unknown:
-            names = ", ".join(f"{word} (line {line})" for word, line in unknown.items())
-            log.warning("%s: extensions are left out: %s", path, names)
+            names = some_of(f"{shown(word)} (line {line})" for word, line in unknown.items())
+            log.warning("%s: extensions are left out: %s", self.path, names)
         if "carriers" not in self.headers:
-            log.warning("%s: has no header ;;Carriers:, which the format asks for", path)
+            log.warning("%s: has no header ;;Carriers:, which the format asks for", self.path)
         return self
 
     @property
@@ -102,14 +145,15 @@ class Machine:
         gauge = self.headers.get("gauge", "").rstrip("; \t")
         if not gauge:
             return None
-        if not re.fullmatch(r"\d*\.?\d+", gauge) or float(gauge) <= 0:
+        number = float(gauge) if NUMBER.fullmatch(gauge) else 0.0
+        if not GAUGES[0] <= number <= GAUGES[1]:
             allowed = "must be needles per inch, such as 15 or 7.5"
-            raise ConfigurationError(f"{self.path}: ;;Gauge: is {gauge!r} but {allowed}")
-        return float(gauge)
+            raise ConfigurationError(f"{self.path}: ;;Gauge: is {shown(gauge)!r} but {allowed}")
+        return number
 
     def _refuse(self, reason: str) -> ConfigurationError:
         where = f"{self.path}, line {self.line}"
-        return ConfigurationError(f"{where}: cannot be knitted: {' '.join(self._words)}: {reason}")
+        return ConfigurationError(f"{where}: cannot be knitted: {shown(' '.join(self._words))}: {reason}")
 
     def run(self, name: str, *words: str) -> None:
         """Run an instruction of knitout."""
@@ -124,25 +168,16 @@ class Machine:
                         last.cut = True
             case (("releasehook" | "pause" | "stitch" | "amiss"), _):
                 pass
-            case "rack", (by,) if re.fullmatch(r"[+-]?(\d+\.?\d*|\.\d+)", by):
+            case "rack", (by,) if NUMBER.fullmatch(by):
                 self._rack(float(by))
             case "drop", (needle,):
                 self._drop(self._needle(needle))
             case "xfer", (needle, other):
                 self._transfer(self._needle(needle), self._needle(other))
             case (("knit" | "tuck" | "miss"), (("+" | "-") as way, needle, *carriers)):
-                if carriers and name != "miss":
-                    self._loop(name, way, self._needle(needle), carriers)
-                elif name == "knit":
-                    self._drop(self._needle(needle))
+                self._stitch(name, way, self._needle(needle), carriers)
             case "split", (("+" | "-") as way, needle, other, *carriers):
-                at, to = self._needle(needle), self._needle(other)
-                held = list(self._on[at])
-                loop = self._loop(name, way, at, carriers) if carriers else None
-                self._on[at] = held
-                self._transfer(at, to)
-                if loop:
-                    self._on[at] = [loop]
+                self._split(way, self._needle(needle), self._needle(other), carriers)
             case _ if name in FORMS:
                 raise self._refuse(f"{FORMS[name]} is expected")
             case _:
@@ -156,29 +191,41 @@ class Machine:
 
     def _needle(self, word: str) -> Needle:
         if not (match := NEEDLE.fullmatch(word)):
-            raise self._refuse(f"{word} is no needle; expected is one such as f10, b-2 or fs3")
-        return match[1], int(match[2])
+            raise self._refuse(f"{shown(word)} is no needle; expected is one such as f10, b-2 or fs3")
+        if len(digits := match[2].lstrip("-0")) > DIGITS:
+            raise self._refuse(f"{shown(word)} is no needle of a bed; allowed are {DIGITS} digits")
+        return match[1], int(digits or 0) * (-1 if match[2].startswith("-") else 1)
 
     def _position(self, needle: Needle) -> float:
         return needle[1] + (self.rack if is_back(needle) else 0.0)
 
+    def _stitch(self, name: str, way: str, needle: Needle, carriers: list[str]) -> None:
+        """Knit or tuck on a needle, or pass it; a knit of no yarn drops what is there."""
+        if carriers and name != "miss":
+            self._loop(name, way, needle, carriers)
+        elif name == "knit":
+            self._drop(needle)
+
     def _loop(self, name: str, way: str, needle: Needle, carriers: list[str]) -> Loop:
         if idle := [carrier for carrier in carriers if carrier not in self._last]:
-            raise self._refuse(f"carrier {idle[0]} is inactive yarn: no in or inhook brings it")
+            raise self._refuse(f"carrier {shown(idle[0])} is inactive yarn: no in or inhook brings it")
+        self._made += 1
+        if self._made > MOST_LOOPS:
+            raise self._refuse(f"allowed are {MOST_LOOPS} loops in a file; cut out a part of the knit")
         position, yarn = self._position(needle), tuple(carriers)
         along = position if way == "+" else -position
         if not self._goes_on(yarn, way, along, needle):
             self.rows.append([])
-            self.live.append([needle for needle, loops in self._on.items() if loops])
+            self._in_row = set()
         self._at = yarn, way, along
         loop = Loop(self.line, needle, position, way, yarn, len(self.rows) - 1, name)
         if name != "tuck":
-            loop.parents = self._on[needle]
+            loop.parents = self._taken(needle)
             for parent in loop.parents:
                 parent.children, parent.dropped = parent.children + 1, 0
-            self._on[needle] = []
-        self._on[needle].append(loop)
+        self._hang([loop], needle)
         self.rows[-1].append(loop)
+        self._in_row.add(needle)
         self._last |= dict.fromkeys(carriers, loop)
         return loop
 
@@ -188,47 +235,105 @@ class Machine:
             return False
         if self._at[0] != yarn:
             return self.rows[-1][-1].cut and along > self._at[2]
-        near = self._at[2] - along <= OUT_OF_ORDER and all(loop.needle != needle for loop in self.rows[-1])
-        return along >= self._at[2] or near
+        back = self._at[2] - along
+        return back <= 0 or (back <= OUT_OF_ORDER and needle not in self._in_row)
+
+    def _taken(self, needle: Needle) -> list[Loop]:
+        """Take the loops off a needle, and return them as they came onto it."""
+        loops = self._beds[needle[0]].pop(needle[1], [])
+        for loop in loops:
+            loop.gone = len(self.rows)
+            for other in loop.sides:
+                other.sides.pop(loop, None)
+            loop.sides = {}
+        return loops
+
+    def _hang(self, loops: list[Loop], needle: Needle) -> None:
+        """Hang loops on a needle, behind those that are there."""
+        there = self._beds[needle[0]].setdefault(needle[1], [])
+        there += loops
+        if len(there) > STACK:
+            raise self._refuse(f"allowed are {STACK} loops on one needle, which holds no more")
+        for loop in loops:
+            loop.stays.append((len(self.rows), needle))
+            loop.gone = None
 
     def _drop(self, needle: Needle) -> None:
-        for loop in self._on.pop(needle, []):
+        for loop in self._taken(needle):
             loop.dropped = self.line
 
     def hand(self, loops: Iterable[Loop], word: str) -> None:
         """Hang loops on a needle, in this order, wherever they are; what else is on it falls."""
-        if hung := list(dict.fromkeys(loops)):
-            self._on |= {at: [each for each in on if each not in hung] for at, on in self._on.items()}
-            self._drop(self._needle(word))
-            self._on[self._needle(word)] = hung
+        needle, hung = self._needle(word), list(dict.fromkeys(loops))
+        for loop in hung:
+            if loop.gone is None:
+                bed, number = loop.stays[-1][1]
+                self._beds[bed][number].remove(loop)
+        if hung:
+            self._drop(needle)
+            self._hang(hung, needle)
 
-    def _transfer(self, needle: Needle, other: Needle) -> None:
+    def _require_facing(self, needle: Needle, other: Needle) -> None:
         if is_back(needle) == is_back(other):
             raise self._refuse("the needles are of one bed")
         if abs(self._position(needle) - self._position(other)) > FACING:
             raise self._refuse(f"the needles do not face each other at rack {self.rack:g}")
+
+    def _transfer(self, needle: Needle, other: Needle) -> None:
+        self._require_facing(needle, other)
         # The last loop on a needle is the nearest to the other bed, where it comes to lie deepest.
-        self._on[other] += self._on.pop(needle, [])[::-1]
+        self._hang(self._beds[needle[0]].pop(needle[1], [])[::-1], other)
+
+    def _split(self, way: str, needle: Needle, other: Needle, carriers: list[str]) -> None:
+        """Knit a loop, and hand the loops that it is drawn through to the other bed, where they stay."""
+        if not carriers:
+            return self._transfer(needle, other)
+        self._require_facing(needle, other)
+        loop = self._loop("split", way, needle, carriers)
+        return self._hang(loop.parents[::-1], other)
 
     def _rack(self, to: float) -> None:
         """Rack the back bed: its loops pass behind those loops of the front bed that lie in between."""
+        if abs(to) > FARTHEST:
+            raise self._refuse(f"allowed are racks by {FARTHEST} needles")
         by, self.rack = self.rack, to
-        for (bed, number), loops in list(self._on.items()):
-            if not is_back((bed, number)):
-                continue
+        for number, loops in [on for bed in BACK for on in self._beds[bed].items() if on[1]]:
             before, after = number + by, number + to
-            for place in range(ceil(min(before, after)), floor(max(before, after)) + 1):
-                for other in [each for front in FRONT for each in self._on.get((front, place), ())]:
-                    for loop in loops:
-                        self._pass(loop, other, before - place, after - place)
+            places = range(ceil(min(before, after)), floor(max(before, after)) + 1)
+            others = [
+                (place, other)
+                for place in places
+                for front in FRONT
+                for other in self._beds[front].get(place, ())
+            ]
+            self._passed += 1 + len(places) + len(others) * len(loops)
+            if self._passed > MOST_PASSED:
+                raise self._refuse(
+                    f"the back bed is racked past more than {MOST_PASSED} needles and loops in all"
+                )
+            for (place, other), loop in product(others, loops):
+                _pass(loop, other, before - place, after - place)
 
-    def _pass(self, loop: Loop, other: Loop, before: float, after: float) -> None:
-        """Keep on which side of a loop of the front bed a loop of the back bed is, and whether it passed behind it."""
-        side = self._sides.get((loop, other), float(np.sign(before)))
-        now = float(np.sign(after)) or side
-        if side and now != side:
-            loop.passed[other] = other.passed[loop] = loop.passed.get(other, 0) - int(now)
-        self._sides[loop, other], self._sides[other, loop] = now, -now
+    def loops_by_carrier(self) -> dict[str, list[Loop]]:
+        """Return the loops of every carrier, in the order of their making."""
+        of: dict[str, list[Loop]] = {}
+        for loop in (each for row in self.rows for each in row):
+            for carrier in dict.fromkeys(loop.carriers):
+                of.setdefault(carrier, []).append(loop)
+        return of
+
+
+def _pass(loop: Loop, other: Loop, before: float, after: float) -> None:
+    """Keep on which side of a loop of the front bed a loop of the back bed is, and whether it passed behind it."""
+    side = loop.sides[other] if other in loop.sides else _sign(before)
+    now = _sign(after) or side
+    if side and now != side:
+        loop.passed[other] = other.passed[loop] = loop.passed.get(other, 0) - now
+    loop.sides[other], other.sides[loop] = now, -now
+
+
+def _sign(number: float) -> int:
+    return (number > 0) - (number < 0)
 
 
 FORMS = {

@@ -33,6 +33,8 @@ for _kind in (
 ):
     STITCHES.register(_kind)
 
+Place = tuple[int, int]  # row and column, or how far apart two are
+
 PLAIN = "KP"  # stitches whose loops are alike
 MARKS = {">": (1, True), "<": (-1, True), ")": (1, False), "(": (-1, False)}
 """Behind a letter: the loop is moved by a needle to the right or to the left, in front of or behind those it meets."""
@@ -59,12 +61,8 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     rows = [stitches_of_row(row) for row in stitches]
     for row, every in enumerate(rows, 1):
         for number, stitch in enumerate(every, 1):
-            if stitch[0] not in STITCHES.names():
-                return f"stitch {number} of row {row} is {stitch!r} but must be {meanings(STITCHES.all())}"
-            if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
-                return (
-                    f"stitch {number} of row {row} is {stitch!r}: a loop has marks of one kind, a float none"
-                )
+            if wrong := _wrong_stitch(stitch):
+                return f"stitch {number} of row {row} is {stitch!r}{wrong}"
     if not rows or not rows[0] or len({len(every) for every in rows}) > 1:
         return 'it must be rows of letters, all of one length, the bottom row first, such as ["KP", "PK"]'
     if idle := idle_needle(stitches):
@@ -73,7 +71,19 @@ def wrong_stitches(stitches: tuple[str, ...]) -> str | None:
     for row, every in enumerate(rows, 1):
         if set(every) == {"-"}:
             return f"row {row} floats past all needles but must have a stitch"
+    if empty := empty_needle(stitches):
+        row, number = empty
+        return f"stitch {number} of row {row} has no loop to be drawn through: on an empty needle it is a tuck (T)"
     return None
+
+
+def _wrong_stitch(stitch: str) -> str:
+    """Return what is wrong in a letter with its marks; empty if nothing is."""
+    if stitch[0] not in STITCHES.names():
+        return f" but must be {meanings(STITCHES.all())}"
+    if len(set(stitch[1:])) > STITCHES.find(stitch[0]).has_head:
+        return ": a loop has marks of one kind, a float none"
+    return ""
 
 
 def idle_needle(stitches: Sequence[str]) -> int | None:
@@ -82,28 +92,68 @@ def idle_needle(stitches: Sequence[str]) -> int | None:
     return next((number for number, column in columns if not any(map(knits, column))), None)
 
 
+def empty_needle(stitches: Sequence[str]) -> Place | None:
+    """Return row and number, from 1, of the first K or P on an empty needle; None if each has a loop below.
+
+    Examples
+    --------
+    >>> empty_needle(["K>K"])  # all loops of the first needle go to the second one
+    (1, 1)
+    """
+    parents = parents_of_letters(stitches)
+    for row, every in enumerate(map(stitches_of_row, stitches)):
+        for column, stitch in enumerate(every):
+            if knits(stitch) and (row, column) not in parents:
+                return row + 1, column + 1
+    return None
+
+
 def knits(stitch: str) -> bool:
     """Whether a stitch, a letter with its marks, is drawn through the loop below."""
     return STITCHES.find(stitch[0]).side != 0
 
 
-def ways_to_next(stitches: Sequence[str]) -> dict[tuple[int, int], tuple[int, int]]:
+def ways_to_next(stitches: Sequence[str]) -> dict[Place, Place]:
     """Return how many rows up and needles to the right the stitch lies that is drawn through each, by row and column.
 
-    Loops that are held, tucks and floats wait for the next knit or purl stitch on their needle.
+    Loops that are held, tucks and floats wait for the next knit or purl stitch on their needle, which every one has.
 
     Examples
     --------
     >>> ways_to_next(["KP", "KT"])[0, 1]
     (2, 0)
     """
-    rows, ways = [stitches_of_row(row) for row in stitches], {}
+    rows = [stitches_of_row(row) for row in stitches]
+    drawn = [[knits(stitch) for stitch in row] for row in rows]
+    following: dict[int, int] = {}  # by column, the row of the next knit or purl stitch above
+    ups: dict[Place, int] = {}
+    for row in reversed(range(2 * len(rows))):
+        if row < len(rows):
+            ups |= {(row, column): above - row for column, above in following.items()}
+        following |= {column: row for column, knitted in enumerate(drawn[row % len(rows)]) if knitted}
+    ways = {}
     for row, column in product(range(len(rows)), range(len(rows[0]))):
         marks = rows[row][column][1:]
         along = MARKS[marks[0]][0] * len(marks) if marks else 0
-        above = (each[(column + along) % len(each)] for each in (rows + rows)[row + 1 :])
-        ways[row, column] = next(up for up, stitch in enumerate(above, 1) if knits(stitch)), along
+        ways[row, column] = ups[row, (column + along) % len(rows[row])], along
     return ways
+
+
+def parents_of_letters(stitches: Sequence[str]) -> dict[Place, set[Place]]:
+    """Return how many rows below and columns to the left the parents of stitches are, by row and column of a repeat.
+
+    Examples
+    --------
+    >>> parents_of_letters(["KP", "KT"])[0, 1] == {(1, 0), (2, 0)}  # the tuck, and the loop that is held
+    True
+    """
+    rows = [stitches_of_row(row) for row in stitches]
+    high, wide = len(rows), len(rows[0])
+    parents: dict[Place, set[Place]] = {}
+    for (row, column), (up, along) in ways_to_next(stitches).items():
+        if STITCHES.find(rows[row][column][0]).has_head:
+            parents.setdefault(((row + up) % high, (column + along) % wide), set()).add((up, along))
+    return parents
 
 
 def is_plain(stitches: Sequence[str]) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, printable
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
 from knitstudy.knit.scene.scene import questions
@@ -142,7 +142,7 @@ def stitches(file: Path, rows: tuple[int, int] | None, needles: tuple[int, int] 
         table.append(("spacing of the needles in use", repeat.wale_spacing, "m"))
     console.print_table(("quantity", "value", "unit"), table)
     click.echo("")
-    click.echo(f"pattern.knitout: {file}")
+    click.echo(f"pattern.knitout: {printable(str(file))}")
     for key, part in zip(KNITOUT_PART, (rows, needles), strict=True):
         if part:
             click.echo(f"{key}: {list(part)}")
