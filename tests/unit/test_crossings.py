@@ -15,11 +15,10 @@ from knitstudy.knit.contacts.facets import (
     Rings,
     count_zones,
     crossing_forces,
-    tied_crossings,
     touching_points,
 )
 from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, segments
-from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.geometry.crossings import Crossings, tied_crossings
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.yarns.discretisation import yarn_surfaces

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import DataFileError
-from knitstudy.mechanics.arrays import Floats
+from knitstudy.mechanics.core.arrays import Floats
 
 log = logging.getLogger(__name__)
 

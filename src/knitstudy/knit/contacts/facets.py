@@ -14,7 +14,7 @@ from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
-from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
+from knitstudy.mechanics.core.arrays import Floats, Ints
 
 # ---- Contact zones: groups of surface facets that touch and hang together
 
@@ -179,24 +179,3 @@ def crossing_forces(columns: Mapping[str, Any], count: int) -> Floats:
     near = columns["crossing"] >= 0
     np.add.at(total, columns["crossing"][near], force[near])
     return total
-
-
-# ---- Which crossings of a specimen are tied, and which pieces of yarn hold them (Fig. 3 of the paper)
-
-
-def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direction: str | None) -> Bools:
-    """Return which crossings (K,) of a specimen are tied.
-
-    With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
-    off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
-    tension.
-
-    `touches` says whether yarns touch where they are not tied; `edges` and `direction` are ``contact.tied_edges`` and
-    ``load.direction``, if the scene has them.
-    """
-    if not touches:
-        return np.ones(len(crossings), dtype=bool)
-    if direction is None or edges != "outer":
-        return np.zeros(len(crossings), dtype=bool)
-    along = crossings.row if direction == "course" else crossings.column
-    return (along == along.min()) | (along == along.max())

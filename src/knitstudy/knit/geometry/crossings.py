@@ -324,3 +324,21 @@ def _half_square(
     alone = -gradient / np.maximum(np.abs(np.stack([haa, hbb], axis=-1)), SMALLEST * (saa + sbb)[:, None])
     alone = np.clip(u + alone, low, high) - u
     return 0.5 * np.vecdot(apart, apart), np.where(ratio == 0, alone, ratio * newton)
+
+
+def tied_crossings(crossings: Crossings, touches: bool, edges: str | None, direction: str | None) -> Bools:
+    """Return which crossings (K,) of a specimen are tied.
+
+    With interaction "tie" all are. Where yarns touch, those along the free edges of a knit are, for what would slide
+    off there: of the first and last interlock row in course tension, of the first and last column of loops in wale
+    tension.
+
+    `touches` says whether yarns touch where they are not tied; `edges` and `direction` are ``contact.tied_edges`` and
+    ``load.direction``, if the scene has them.
+    """
+    if not touches:
+        return np.ones(len(crossings), dtype=bool)
+    if direction is None or edges != "outer":
+        return np.zeros(len(crossings), dtype=bool)
+    along = crossings.row if direction == "course" else crossings.column
+    return (along == along.min()) | (along == along.max())

@@ -15,10 +15,10 @@ import scipy.sparse as sp
 from knitstudy.knit.contacts.facets import (
     CrossingFacets,
     crossing_forces,
-    tied_crossings,
     touching_points,
 )
 from knitstudy.knit.contacts.kinematics import section_motion
+from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.gates import require_sound
 from knitstudy.knit.loading.history import Motion, Stations, load_path

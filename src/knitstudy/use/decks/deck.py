@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from knitstudy.knit.contacts.facets import tied_crossings
+from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
 from knitstudy.knit.mesh.section import Section

@@ -14,8 +14,7 @@ import numpy as np
 import xarray as xr
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.contacts.facets import tied_crossings
-from knitstudy.knit.geometry.crossings import Crossings
+from knitstudy.knit.geometry.crossings import Crossings, tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import Recorder
 from knitstudy.knit.loading.solve import Problem, Reported, settings_of
