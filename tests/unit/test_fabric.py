@@ -301,6 +301,8 @@ def test_a_weave_of_texgen_is_its_yarns(tmp_path, caplog):
             {"section": '<Section type="CSectionPolygon"/>'},
             "a section CSectionPolygon.*allowed are CSectionEll",
         ),
+        ({"section": ROUND + '<Repeat value="1, 2"/>'}, "each of one section with a width"),
+        ({"section": ROUND + '<Repeat value="1, 2, inf"/>'}, "each of one section with a width"),
         ({"section": '<Section Width="1" Height="1"/>'}, "a section without a type"),
         (
             {"section": f'<Section type="CSectionRotated" Angle="1">{ROUND}</Section>'},

@@ -188,7 +188,8 @@ def stress(
         raise DataFileError(
             "the history holds no node_displacement, which stresses come from: the scene's outputs must hold 'fields'"
         )
-    fabric, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
+    fabric = fabric_of(geometry)
+    swept = SweptMesh.from_dataset(mesh)
     moved = history["node_displacement"].to_numpy()
     if isinstance(scene, HexahedralScene):
         cells = hexahedral_cell_stress(scene, swept, fabric, moved)
@@ -267,7 +268,8 @@ def _of_pieces(parts: Segments, mesh: SweptMesh, cells: CellStress) -> tuple[Flo
         here = parts.yarn == yarn
         low, high = parts.arc_length[here].T
         for i, share in enumerate(EXTENTS.values()):
-            half, middle = 0.5 * share * (high - low), 0.5 * (low + high)
+            half = 0.5 * share * (high - low)
+            middle = 0.5 * (low + high)
             means[here, i] = upto(middle + half) - upto(middle - half)
     return means[..., 0], means[..., 1:10].reshape(*means.shape[:2], 3, 3), means[:, 0, 10:].reshape(-1, 4, 7)
 
@@ -275,7 +277,8 @@ def _of_pieces(parts: Segments, mesh: SweptMesh, cells: CellStress) -> tuple[Flo
 def _rotations(moments: Floats) -> Floats:
     """Return the rotations (Q, 3, 3) of the affine motions that fit places best, from their moments (Q, 4, 7)."""
     volume = moments[:, :1, :1]
-    first, now = moments[:, 0, 1:4] / volume[:, 0], moments[:, 0, 4:] / volume[:, 0]
+    first = moments[:, 0, 1:4] / volume[:, 0]
+    now = moments[:, 0, 4:] / volume[:, 0]
     spread = moments[:, 1:, 1:4] / volume - first[:, :, None] * first[:, None]
     across = moments[:, 1:, 4:] / volume - first[:, :, None] * now[:, None]
     gradient = np.swapaxes(np.linalg.solve(spread, across), 1, 2)

@@ -106,8 +106,8 @@ def read_texgen(path: Path) -> Fabric:
             (area,) = {_section_area(path, section) for section in yarn.iter("Section")}
             radius = sqrt(area / pi)
             nodes = yarn.findall("SlaveNode") or yarn.findall("MasterNode")
-            rows += [(number, *map(float, node.attrib["Position"].split(",")), radius) for node in nodes]
-            repeats |= {tuple(map(float, of.attrib["value"].split(","))) for of in yarn.iter("Repeat")}
+            rows += [(number, *_vector(node.attrib["Position"]), radius) for node in nodes]
+            repeats |= {_vector(of.attrib["value"]) for of in yarn.iter("Repeat")}
         unit = f"[{textile.get('GeometryScale', 'mm')}]"
         table = pd.DataFrame(rows, columns=[name.replace("[m]", unit) for name in COLUMNS])
     except (ElementTree.ParseError, ArithmeticError, LookupError, ValueError):
@@ -118,8 +118,20 @@ def read_texgen(path: Path) -> Fabric:
     along_axes = periods.shape == (2, 3) and np.allclose(periods, periods * np.eye(2, 3))
     if along_axes and np.allclose(points.last() - points.first(), periods[0]):
         return _fabric_of_table(path, table, periods)
-    log.warning("%s: repeats are left out, which are not along x as the yarns and along y: %s", path, repeats)
+    log.warning(
+        "%s: repeats are left out, which are not along x as the yarns and along y: %s",
+        printable(str(path)),
+        repeats,
+    )
     return _fabric_of_table(path, table)
+
+
+def _vector(text: str) -> tuple[float, float, float]:
+    """Return three numbers from a text with commas; ValueError of any other text."""
+    x, y, z = map(float, text.split(","))
+    if not isfinite(x + y + z):
+        raise ValueError
+    return x, y, z
 
 
 def _lenticular_area(width: float, height: float, distortion: float) -> float:
@@ -157,7 +169,7 @@ def _section_area(path: Path, section: ElementTree.Element) -> float:
     """Return the area of a section; raises DataFileError for types not understood, ValueError for no numbers."""
     kind = section.get("type", "without a type")
     if kind not in SECTION_AREAS:
-        fact = f"{path}: a yarn has a section {kind}, whose area is not known here"
+        fact = f"{path}: a yarn has a section {kind[:60]}, whose area is not known here"
         raise DataFileError(printable(f"{fact}; allowed are {', '.join(SECTION_AREAS)}"))
     area_of, names = SECTION_AREAS[kind]
     sizes = [float(section.attrib[name]) for name in names]
@@ -190,7 +202,7 @@ def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = N
     if radius[0] > THICK:
         log.warning(
             "%s: the radius of the yarns is %g m: are lengths in mm? Then call the columns x [mm] ...",
-            path,
+            printable(str(path)),
             radius[0],
         )
     if periods is None:

@@ -150,11 +150,15 @@ def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
 
 
 def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    of, tex_key, first = f"{section}.of", f"{section}.tex", section == SECTIONS[0]
-    remaining, tex = dict(keys), {tex_key: keys[tex_key]} if tex_key in keys else {}
+    of = f"{section}.of"
+    tex_key = f"{section}.tex"
+    first = section == SECTIONS[0]
+    remaining = dict(keys)
+    tex = {tex_key: keys[tex_key]} if tex_key in keys else {}
     if of not in remaining:
         return remaining, tex
-    yarn, stitches = read_yarn(remaining.pop(of), where), _rows(remaining)
+    yarn = read_yarn(remaining.pop(of), where)
+    stitches = _rows(remaining)
     lengths = [
         loop_length.value
         for loop_length in yarn.loop_lengths

@@ -189,7 +189,9 @@ class _LiveColumns:
     """Columns with loops on their needles as rows begin, from row to row upwards."""
 
     def __init__(self, machine: Machine, column: Mapping[Needle, int]) -> None:
-        self.row, self.at, rows = -1, 0, len(machine.rows)
+        self.row = -1
+        self.at = 0
+        rows = len(machine.rows)
         changes: list[tuple[int, int, int]] = []
         for loop in (each for row in machine.rows for each in row):
             for begun, end, needle in loop.spans(rows):
@@ -206,7 +208,8 @@ class _LiveColumns:
             self.at += 1
         live = self.loops > 0
         live[list(columns)] = True
-        left, right = np.count_nonzero(live[: max(columns)]), np.count_nonzero(live[min(columns) + 1 :])
+        left = np.count_nonzero(live[: max(columns)])
+        right = np.count_nonzero(live[min(columns) + 1 :])
         return int(left), int(right), int(np.count_nonzero(live))
 
 

@@ -219,7 +219,8 @@ def documented(section: type[Section], name: str) -> Description:
 
 def allowed_values(section: type[Section], name: str) -> str:
     """Return the allowed values of the key `name` of a section in words: its own, or by type and bounds."""
-    field, known = section.model_fields[name], describe(section, name)
+    field = section.model_fields[name]
+    known = describe(section, name)
     if known.allowed:
         return str(known.allowed() if callable(known.allowed) else known.allowed)
     kinds = get_args(field.annotation) if isinstance(field.annotation, UnionType) else (field.annotation,)

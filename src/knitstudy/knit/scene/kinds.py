@@ -325,7 +325,8 @@ def labels_of(document: Mapping[str, Any], where: str) -> Labels:
 
 def unknown_key(key: str) -> str:
     """Return the message for a key that no scene has, with similar keys of all sections."""
-    asks, near = " where fidelity is not auto", near_names(key, [*all_sections(), *all_keys()])
+    asks = " where fidelity is not auto"
+    near = near_names(key, [*all_sections(), *all_keys()])
     hint = asks if key.startswith("ask.") else near
     return f"unknown key {key!r}{hint}; `knitstudy check SCENE` lists the keys of a scene"
 

@@ -23,7 +23,8 @@ SIDES = {"Over_Right": 1, "Under_Right": -1}  # of a loop on the left that cross
 def machine_of(graph: Any) -> Machine:
     """Return a machine that has knitted a graph. Raises ConfigurationError where an object is no graph of loops."""
     try:
-        sources, edges = sorted(graph), list(graph.braid_graph.edge_iter)
+        sources = sorted(graph)
+        edges = list(graph.braid_graph.edge_iter)
     except (AttributeError, TypeError):
         fact = f"an object of type {type(graph).__name__} is no knit"
         raise ConfigurationError(f"{fact}: allowed are paths of knitout files, and knit graphs") from None
@@ -57,7 +58,8 @@ def _machine_of_instructions(sources: Sequence[Any], edges: Sequence[Any]) -> Ma
     lines = {loop: order.line_number for loop, order in orders.items()}
     last = _last(sources)
     names = {yarn: printable(str(yarn.carrier.carrier_id)) for yarn in last}
-    machine, child = Machine("knit graph", "instruction"), _children(sources)
+    machine = Machine("knit graph", "instruction")
+    child = _children(sources)
     made = _knit(machine, _stitches(sources, orders), places, lines, names, set(last.values()))
     for source, loop in made.items():
         if source not in child and (fallen := getattr(source, "dropping_instruction", None)):
@@ -95,7 +97,8 @@ def _knit(
     """
     made: dict[Any, Loop] = {}
     for every in stitches:
-        first, parents = every[0], every[0].parent_loops
+        first = every[0]
+        parents = every[0].parent_loops
         machine.line = lines[first]
         column, way = places[first]
         needle = f"{'b' if first.pull_direction.name == 'FtB' else 'f'}{column}"
@@ -124,7 +127,8 @@ def _cross(made: dict[Any, Loop], child: dict[Any, Any], edges: Sequence[Any]) -
 def _passes(pair: tuple[Loop, Loop], children: tuple[Loop, Loop], way: str) -> bool:
     """Whether two loops lie the other way round than those that are drawn through them; if so keep who passes whom."""
     (left, right), (before, after) = pair, children
-    apart, side = right.position - left.position, SIDES.get(way, 0)
+    apart = right.position - left.position
+    side = SIDES.get(way, 0)
     if apart * (after.position - before.position) >= 0:
         return False
     left.passed[right] = right.passed[left] = side if apart > 0 else -side

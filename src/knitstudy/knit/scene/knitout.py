@@ -108,7 +108,8 @@ class Letters:
     def __init__(self, machine: Machine) -> None:
         if not machine.rows:
             raise ConfigurationError(f"{machine.path}: has no stitches")
-        self.machine, self.loops = machine, [loop for row in machine.rows for loop in row]
+        self.machine = machine
+        self.loops = [loop for row in machine.rows for loop in row]
         self.column, self.needle, self.position = columns_of(self.loops, machine.unit == "loop")
         if len(self.needle) == 1:
             raise ConfigurationError(f"{machine.path}: all loops are on one needle: a chain, and no fabric")
@@ -180,7 +181,8 @@ class Letters:
 
     def _mark(self, loop: Loop, parent: Loop) -> None:
         """Add the marks of a parent that was moved to the needle of a loop."""
-        place, way = self.place(parent), self.column[loop.needle] - self.column[parent.needle]
+        place = self.place(parent)
+        way = self.column[loop.needle] - self.column[parent.needle]
         passes = {int(np.sign(way)) * crossings for crossings in parent.passed.values() if crossings}
         if len(passes) > 1 or passes - {1, -1}:
             fact = f"the loop of needle {name_of(parent.needle)} in row {parent.row + 1}"
@@ -270,7 +272,8 @@ class Letters:
 
         A cast-on goes on in this way, and the first row of the fabric knits on all needles.
         """
-        begun, met = 0, set[int]()
+        begun = 0
+        met = set[int]()
         yarns = set[tuple[str, ...]]()
         for number, row in enumerate(rows):
             knitted = {column for column in columns if self.grid[row, column] != "-"}
@@ -281,7 +284,8 @@ class Letters:
                 return rows[begun:]
             met |= knitted
             if len(met) == len(columns):
-                begun, met = number + 1, set()
+                begun = number + 1
+                met = set()
         return rows
 
     def _nothing(self, columns: range) -> str:
@@ -322,7 +326,8 @@ class Letters:
             return f"needle {name_of(self.needle[body.columns[idle - 1]])} never knits"
         if empty := empty_needle(stitches):
             row, column = empty
-            needle, widths = name_of(self.needle[body.columns[column - 1]]), width_of(self.machine, body)
+            needle = name_of(self.needle[body.columns[column - 1]])
+            widths = width_of(self.machine, body)
             return (
                 f"needle {needle} is empty where row {row} of the repeat knits on it again: a piece that becomes "
                 f"narrower or wider ({widths}) is no endless fabric"
@@ -383,7 +388,8 @@ class Letters:
             here, there = (
                 some_of(sorted(of), " and ") for of in (yarns, set().union(*(of_row[row] for row in others)))
             )
-            first, last = body.rows[0] + 1, body.rows[-1] + 1
+            first = body.rows[0] + 1
+            last = body.rows[-1] + 1
             raise ConfigurationError(
                 f"{self.machine.path}: rows {first} to {last} are of carrier {here}, rows {others[0] + 1} to "
                 f"{others[-1] + 1} of carrier {there}, such as waste yarn: name the rows that are meant, such as "
@@ -394,7 +400,8 @@ class Letters:
         """Return the spacing of the columns of a repeat. [m]"""
         if (gauge := self.machine.gauge) is None:
             return None
-        at, wide = self.position[body.columns.start : body.columns.stop], body.wide
+        at = self.position[body.columns.start : body.columns.stop]
+        wide = body.wide
         needles = (
             (at[wide] - at[0]) / wide if len(at) > wide else np.mean(np.diff(at)) if len(at) > 1 else 1.0
         )

@@ -105,7 +105,9 @@ class Machine:
     """A machine that knits: `rows` are passes of the carriage, with the loops of one yarn in one direction."""
 
     def __init__(self, path: Path | str, unit: str = "line") -> None:
-        self.path, self.unit, self.line = path, unit, 0
+        self.path = path
+        self.unit = unit
+        self.line = 0
         self._words: tuple[str, ...] = ()
         self.headers: dict[str, str] = {}
         self.rows: list[list[Loop]] = []
@@ -121,7 +123,8 @@ class Machine:
     @classmethod
     def of_file(cls, path: Path) -> Machine:
         """Return a machine that has knitted a file; raises ConfigurationError with the line of a wrong instruction."""
-        self, unknown = cls(printable(str(path))), dict[str, int]()
+        self = cls(printable(str(path)))
+        unknown = dict[str, int]()
         for self.line, text in enumerate(_text(path).splitlines(), 1):
             header = re.match(r";;([^:]+):(.*)", text)
             if header and not self.rows:
@@ -212,7 +215,8 @@ class Machine:
         self._made += 1
         if self._made > MOST_LOOPS:
             raise self._refuse(f"allowed are {MOST_LOOPS} loops in a file; cut out a part of the knit")
-        position, yarn = self._position(needle), tuple(carriers)
+        position = self._position(needle)
+        yarn = tuple(carriers)
         along = position if way == "+" else -position
         if not self._goes_on(yarn, way, along, needle):
             self.rows.append([])
@@ -222,7 +226,8 @@ class Machine:
         if name != "tuck":
             loop.parents = self._taken(needle)
             for parent in loop.parents:
-                parent.children, parent.dropped = parent.children + 1, 0
+                parent.children = parent.children + 1
+                parent.dropped = 0
         self._hang([loop], needle)
         self.rows[-1].append(loop)
         self._in_row.add(needle)
@@ -264,7 +269,8 @@ class Machine:
 
     def hand(self, loops: Iterable[Loop], word: str) -> None:
         """Hang loops on a needle, in this order, wherever they are; what else is on it falls."""
-        needle, hung = self._needle(word), list(dict.fromkeys(loops))
+        needle = self._needle(word)
+        hung = list(dict.fromkeys(loops))
         for loop in hung:
             if loop.gone is None:
                 bed, number = loop.stays[-1][1]
@@ -296,7 +302,8 @@ class Machine:
         """Rack the back bed: its loops pass behind those loops of the front bed that lie in between."""
         if abs(to) > FARTHEST:
             raise self._refuse(f"allowed are racks by {FARTHEST} needles")
-        by, self.rack = self.rack, to
+        by = self.rack
+        self.rack = to
         for number, loops in [on for bed in BACK for on in self._beds[bed].items() if on[1]]:
             before, after = number + by, number + to
             places = range(ceil(min(before, after)), floor(max(before, after)) + 1)
@@ -329,7 +336,8 @@ def _pass(loop: Loop, other: Loop, before: float, after: float) -> None:
     now = _sign(after) or side
     if side and now != side:
         loop.passed[other] = other.passed[loop] = loop.passed.get(other, 0) - now
-    loop.sides[other], other.sides[loop] = now, -now
+    loop.sides[other] = now
+    other.sides[loop] = -now
 
 
 def _sign(number: float) -> int:

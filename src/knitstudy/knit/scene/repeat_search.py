@@ -46,7 +46,8 @@ class _Search:
 
     def __init__(self, grid: np.ndarray, fewest: int) -> None:
         self.grid = grid.astype(np.min_scalar_type(grid.max(initial=0)))
-        self.fewest, self.compared = (2, fewest), 0
+        self.fewest = (2, fewest)
+        self.compared = 0
 
     def largest(self) -> tuple[Part, Size] | None:
         """Return the largest part that repeats itself, and the size of its repeat."""
@@ -61,7 +62,8 @@ class _Search:
             part = self._grown(middle, size)
             area = np.prod([along.stop - along.start for along in part]) if part else 0
             if part and area > most:
-                most, found = int(area), (part, size)
+                most = int(area)
+                found = (part, size)
         return found
 
     def _middle(self, axis: int, period: int) -> slice:
@@ -72,7 +74,8 @@ class _Search:
 
     def _periods(self, axis: int) -> list[int]:
         """Return the periods of rows, or columns, that a part may have, by the middle third of the grid across."""
-        whole, across = self.grid.shape[axis], self.grid.shape[1 - axis]
+        whole = self.grid.shape[axis]
+        across = self.grid.shape[1 - axis]
         third = across // 3
         lines = np.moveaxis(self.grid, axis, 0)[:, third : across - third]
         line = numbered([each.tobytes() for each in np.ascontiguousarray(lines)])
@@ -99,7 +102,8 @@ class _Search:
 
     def _repeats(self, part: Part, size: Size) -> bool:
         """Whether a part repeats itself after so many rows, and after so many columns."""
-        (high, wide), cells = size, self.grid[part]
+        (high, wide) = size
+        cells = self.grid[part]
         self._count(2 * cells.size)
         return bool((cells[high:] == cells[:-high]).all() and (cells[:, wide:] == cells[:, :-wide]).all())
 
@@ -133,7 +137,8 @@ def _run(true: np.ndarray) -> np.ndarray:
 
 def _prime_factors(number: int) -> list[int]:
     """Return the prime numbers that divide a number."""
-    factors, divisor = [], 2
+    factors = []
+    divisor = 2
     while divisor * divisor <= number:
         if number % divisor == 0:
             factors.append(divisor)
@@ -148,14 +153,18 @@ def _largest_part(alike: np.ndarray, middle: Part, least: Size) -> Part | None:
 
     It has the least size or more, and leaves out at most half as much as it has on any side; None where there is none.
     """
-    (up, along), (height, width) = middle, alike.shape
+    (up, along) = middle
+    (height, width) = alike.shape
     left = along.start - _run(alike[:, : along.start][:, ::-1])
     right = along.stop + _run(alike[:, along.stop :])
     whole: np.ndarray = np.all(alike[:, along], axis=1)
-    below, above = int(_run(whole[None, : up.start][:, ::-1])[0]), int(_run(whole[None, up.stop :])[0])
-    bottom, top = up.start - np.arange(below + 1)[:, None], up.stop + np.arange(above + 1)
+    below = int(_run(whole[None, : up.start][:, ::-1])[0])
+    above = int(_run(whole[None, up.stop :])[0])
+    bottom = up.start - np.arange(below + 1)[:, None]
+    top = up.stop + np.arange(above + 1)
     # Of all rows from the middle down to a bottom, and up to a top
-    down, rise = slice(up.start - below, up.stop), slice(up.start, up.stop + above)
+    down = slice(up.start - below, up.stop)
+    rise = slice(up.start, up.stop + above)
     count = up.stop - up.start - 1
     left_down, left_up = (np.maximum.accumulate(of)[count:] for of in (left[down][::-1], left[rise]))
     right_down, right_up = (np.minimum.accumulate(of)[count:] for of in (right[down][::-1], right[rise]))

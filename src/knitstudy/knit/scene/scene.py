@@ -135,7 +135,8 @@ class Scene(Part):
         before = {name: getattr(self, name) for name in Labels.model_fields}
         labels = {name: keys[name] for name in Labels.model_fields if name in keys}
         kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
-        values, implied = self._own_values(), {**FREE_OF_STRESS, **kind.part.retired}
+        values = self._own_values()
+        implied = {**FREE_OF_STRESS, **kind.part.retired}
         for key in [key for key in keys if key in values and key in implied and not kind.has(key)]:
             values[key] = keys.pop(key)  # a value that the other kind knows without saying it
         _require_kind(kind, keys, yarn, values, where)
@@ -377,7 +378,8 @@ def _made(
     """
     fields: dict[str, Any] = dict(labels)
     for name, keys_of in kind.sections.items():
-        inside, stays = said.get(name, {}), before.get(name)
+        inside = said.get(name, {})
+        stays = before.get(name)
         if type(stays) is keys_of and not inside:
             fields[name] = stays
             continue

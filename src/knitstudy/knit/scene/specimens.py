@@ -22,7 +22,8 @@ class Looped(Scene):
 
     @model_validator(mode="after")
     def _has_room(self) -> Self:
-        pattern, diameter = self.pattern, self.yarn.diameter
+        pattern = self.pattern
+        diameter = self.yarn.diameter
         for name in ("course_spacing", "wale_spacing"):
             if (spacing := getattr(pattern, name)) <= diameter:
                 raise ValueError(
@@ -66,7 +67,8 @@ class Looped(Scene):
                         f"pattern.{name} is {getattr(pattern, name)!r} but must be {value!r} {of}"
                     )
             return self
-        points, entries = len(pattern.control_points), len(self.geometry.free)
+        points = len(pattern.control_points)
+        entries = len(self.geometry.free)
         if len(set("".join(pattern.stitches))) > 1:
             of = f"where pattern.stitches is {list(pattern.stitches)}: loops that differ are drawn for the spacings"
             raise ValueError(f"pattern.control_points has {points} points but must be null {of}")

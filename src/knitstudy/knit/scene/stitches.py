@@ -148,7 +148,8 @@ def parents_of_letters(stitches: Sequence[str]) -> dict[Place, set[Place]]:
     True
     """
     rows = [stitches_of_row(row) for row in stitches]
-    high, wide = len(rows), len(rows[0])
+    high = len(rows)
+    wide = len(rows[0])
     parents: dict[Place, set[Place]] = {}
     for (row, column), (up, along) in ways_to_next(stitches).items():
         if STITCHES.find(rows[row][column][0]).has_head:
