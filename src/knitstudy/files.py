@@ -7,19 +7,21 @@ import fcntl
 import glob
 import hashlib
 import os
+import shutil
+import stat
 import subprocess
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
 import knitstudy
-from knitstudy.errors import DataFileError, HeldOpenError, message_of
+from knitstudy.errors import DataFileError, HeldOpenError, UnwritableError, message_of
 from knitstudy.interruption import uninterrupted
 
 if TYPE_CHECKING:  # where they are needed, functions import them: the command starts in half the time
@@ -28,11 +30,16 @@ if TYPE_CHECKING:  # where they are needed, functions import them: the command s
 
 # Files written whole or not at all
 
-REMEDIES = dict.fromkeys(
-    (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO),
-    "make room on the disk and type the same command again; what was there before is as it was",
-) | dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "name another folder, as with -o")
-"""What helps on errors of disks that are full, beyond a quota or a limit, or broken, and of folders of others."""
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Errors of disks that are full, beyond a quota or a limit, or broken."""
+
+FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+"""Errors of folders of others, and of those that can only be read."""
+
+ROOM = "make room on the disk and type the same command again; what was there before is as it was"
+
+ABANDONED = 3600.0
+"""Seconds without a change after which a temporary file counts as that of a killed process: nobody writes so long."""
 
 
 def safe_name(text: str) -> str:
@@ -51,63 +58,117 @@ def safe_name(text: str) -> str:
 def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
-    On an exception the temporary file is deleted, and the file stays as it was. The temporary file is locked: a run in
-    another container or on another computer, whose processes may have the same numbers, does not delete it.
+    On an exception the temporary file is deleted, and the file stays as it was. Temporary names are random: processes
+    that write one file at the same time never meet, and the last one to end stays.
     Raises DataFileError when the folder cannot be made, the disk cannot be written, or the block wrote no file.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:12]}.partial{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
-    _clear_abandoned(path)
-    try:
-        with _locked(temporary):
+    temporary = _temporary(path)
+    with naming_remedy(path):
+        try:
+            _make_folder(path.parent)
             yield temporary
             if not temporary.exists():
                 raise DataFileError(f"{path}: nothing was written")
             _flush_to_disk(temporary)
+            _delete_abandoned(path, temporary.stat().st_mtime)
             os.replace(temporary, path)
             _flush_to_disk(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_together(folder: Path | str, stale: Iterable[str] = ()) -> Iterator[Path]:
+    """Write the files of one answer together or not at all: yield a folder whose files move into `folder` on success.
+
+    Files of the names `stale`, relative to the folder, that the block did not write are of an earlier answer: they are
+    deleted. All other files of the folder stay. On an exception nothing in the folder has changed.
+    Raises DataFileError when the folder cannot be made or the disk cannot be written.
+    """
+    folder = Path(folder)
+    with naming_remedy(folder):
+        _make_folder(folder)
+        temporary = _temporary(folder / "files")
+        try:
+            temporary.mkdir()
+            yield temporary
+            _delete_abandoned(folder / "files", temporary.stat().st_mtime)
+            written = {file.relative_to(temporary) for file in temporary.rglob("*") if file.is_file()}
+            for inside in {name.parent for name in written}:
+                _make_folder(folder / inside)
+            for name in sorted(written):
+                os.replace(temporary / name, folder / name)
+            for name in set(map(Path, stale)) - written:
+                (folder / name).unlink(missing_ok=True)
+            _flush_to_disk(folder)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def naming_remedy(path: Path | str, elsewhere: str = "name another folder, as with -o") -> Iterator[None]:
+    """Raise an OSError of the block that a user can mend as an UnwritableError that names path and remedy.
+
+    `elsewhere` is the remedy where this user may not write.
+    """
+    try:
+        yield
     except OSError as error:
-        if error.errno not in REMEDIES:
+        if error.errno not in FULL + FORBIDDEN:
             raise
-        remedy = REMEDIES[error.errno]
-        raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        remedy = ROOM if error.errno in FULL else elsewhere
+        raise UnwritableError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
 
 
 def require_writable(path: Path) -> None:
     """Raise the DataFileError of `replacing` before anything is computed for a file that cannot be written."""
-    with suppress(InterruptedError), replacing(path):
+    with suppress(InterruptedError), replacing(path) as temporary:
+        temporary.touch()
         raise InterruptedError
 
 
-@contextmanager
-def _locked(temporary: Path) -> Iterator[None]:
-    """Hold a lock beside a temporary file: HDF5 locks the file itself."""
-    beside = Path(f"{temporary}.lock")
+def open_regular(path: Path) -> TextIO:
+    """Open a text file to read and write whose name is fixed, such as a lock or a log; it is made if there is none.
+
+    A link is not followed, and a pipe is not waited for: somebody else's folder may hold either.
+    Raises DataFileError where the path is no regular file.
+    """
+    flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
-        with beside.open("ab") as lock:
-            with suppress(OSError):  # a file system without locks
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # lockf would not hold off other threads
-            yield
-    finally:
-        beside.unlink(missing_ok=True)
+        descriptor = os.open(path, flags, 0o666)
+    except OSError as error:
+        if error.errno not in (errno.ELOOP, errno.EISDIR, errno.ENXIO):
+            raise
+        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it") from error
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it")
+    return os.fdopen(descriptor, "r+", encoding="utf-8", errors="replace")
 
 
-def _clear_abandoned(path: Path) -> None:
-    """Delete the temporary files that killed processes have left: nobody holds their locks."""
-    # A process that is killed between renaming and the end leaves the lock alone.
-    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}*"):
-        abandoned = left.with_name(left.name.removesuffix(".lock"))
-        beside = Path(f"{abandoned}.lock")
-        with suppress(OSError), beside.open("ab") as lock:  # OSError: its writer holds the lock
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            abandoned.unlink(missing_ok=True)
-            beside.unlink(missing_ok=True)
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise DataFileError(f"{folder}: the folder cannot be made: {error}") from error
+
+
+def _temporary(path: Path) -> Path:
+    """Return a name that nobody else takes, beside a path and with its suffix."""
+    return path.with_name(f".{path.stem}.{uuid.uuid4().hex[:12]}.partial{path.suffix}")
+
+
+def _delete_abandoned(path: Path, now: float) -> None:
+    """Delete what killed processes have left of a path; `now` is by the clock of the file system [s]."""
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+        with suppress(OSError):  # another process may delete it as well
+            if now - left.lstat().st_mtime < ABANDONED:
+                continue
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink()
 
 
 def _flush_to_disk(path: Path) -> None:
@@ -177,7 +238,9 @@ TEXTS = (*STAMP, "digest", "code")
 """Columns of tables that are read as texts: a hash may have digits alone."""
 
 
-# Tables as CSV
+# Tables as CSV, and seals of all files that are no netCDF
+
+REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 
 
 def write_table(table: pd.DataFrame, path: Path | str) -> None:
@@ -187,10 +250,7 @@ def write_table(table: pd.DataFrame, path: Path | str) -> None:
 
 
 def seal(path: Path | str, digest: str) -> None:
-    """Keep the checksum of a result that is no netCDF file, and its digest, in a hidden file beside it.
-
-    `read_table` refuses a sealed table once it is edited or cut.
-    """
+    """Keep the checksum of a result that is no netCDF file, and its digest, in a hidden file beside it."""
     write_text(f"{file_digest(Path(path))} {digest}", _seal_of(path))
 
 
@@ -201,8 +261,36 @@ def _seal_of(path: Path | str) -> Path:
 def _sealed(path: Path) -> tuple[str, str]:
     """Return the checksum and the digest in the seal of a file, empty texts where it has none."""
     seal = _seal_of(path)
-    checksum, _, digest = seal.read_text(encoding="utf-8").partition(" ") if seal.is_file() else ("", "", "")
+    text = seal.read_text(encoding="utf-8", errors="replace") if seal.is_file() else ""
+    checksum, _, digest = text.partition(" ")
     return checksum, digest
+
+
+def sound_digest(path: Path | str) -> str:
+    """Return the digest of a result of any kind whose content fits its checksum.
+
+    The text is empty where the result has no digest or is marked incomplete: it counts as missing.
+    Raises DataFileError where the file was changed, or its checksum was, or it is truncated, and HeldOpenError while
+    another program writes to it.
+    """
+    path = Path(path)
+    if path.suffix == ".nc":
+        attributes = read_dataset(path).attrs
+        return "" if "incomplete" in attributes else str(attributes.get("digest", ""))
+    checksum, digest = _sealed(path)
+    if digest:
+        _require_checksum(path, checksum, file_digest(path))
+    return digest
+
+
+def _require_checksum(path: Path, recorded: str, actual: str) -> None:
+    """Refuse a file with another checksum than the recorded one."""
+    if not recorded:
+        raise DataFileError(
+            f"{path}: has no checksum: it was not written by knitstudy, or changed since; {REMEDY}"
+        )
+    if recorded != actual:
+        raise DataFileError(f"{path}: was changed after it was written, or by another version; {REMEDY}")
 
 
 def file_digest(path: Path) -> str:
@@ -243,8 +331,8 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     import pandas as pd
 
     path = Path(path)
-    if path.is_file() and _sealed(path)[0] not in ("", file_digest(path)):
-        raise DataFileError(f"{path}: was changed after it was written; delete it and run `make study`")
+    if path.is_file():
+        sound_digest(path)
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
@@ -262,8 +350,6 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
 
 # Datasets as netCDF 4, with provenance and a checksum
-
-REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 
 COORDINATES = {"strain": "increment"}
 """Variables that are coordinates along a dimension, such as the strain of every increment."""
@@ -299,22 +385,28 @@ def write_dataset(
                 dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
         except (OSError, RuntimeError) as error:
             remedy = "make room on the disk, or name another folder"
-            raise DataFileError(f"{path}: cannot be written: {error}; {remedy}") from error
+            raise UnwritableError(f"{path}: cannot be written: {error}; {remedy}") from error
 
 
 def checksum(dataset: xr.Dataset) -> str:
-    """Return a checksum of names, dimensions, values and global attributes, the same before and after a file."""
+    """Return a checksum of names, dimensions, values and all attributes, the same before and after a file."""
     digest = hashlib.sha256()
     for name in sorted(map(str, dataset.variables)):
-        values = np.asarray(dataset.variables[name])
-        digest.update(f"{name} {dataset.variables[name].dims} {values.shape}".encode())
+        variable = dataset.variables[name]
+        values = np.asarray(variable)
+        digest.update(f"{name} {variable.dims} {values.shape} {_attributes(variable.attrs)}".encode())
         if values.dtype.kind not in "fiub":
             digest.update(str(values.tolist()).encode())
         else:
             digest.update(np.ascontiguousarray(values).data if values.size else b"")
-    attributes = ((name, np.atleast_1d(value).tolist()) for name, value in dataset.attrs.items())
-    digest.update(str(sorted(attribute for attribute in attributes if attribute[0] != "checksum")).encode())
+    digest.update(_attributes(dataset.attrs).encode())
     return digest.hexdigest()[:16]
+
+
+def _attributes(attributes: Mapping[Any, Any]) -> str:
+    """Return attributes but the checksum as one text: a file has lists of one value as the value."""
+    known = ((str(name), np.atleast_1d(value).tolist()) for name, value in attributes.items())
+    return str(sorted(attribute for attribute in known if attribute[0] != "checksum"))
 
 
 def read_dataset(path: Path | str) -> xr.Dataset:
@@ -333,11 +425,13 @@ def read_dataset(path: Path | str) -> xr.Dataset:
     try:
         with uninterrupted():
             dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
+        _require_checksum(path, str(dataset.attrs.get("checksum", "")), checksum(dataset))
+    except DataFileError:
+        raise
+    except Exception as error:  # libraries raise nearly anything where bytes of a file are wrong
         _require_not_held(path)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {REMEDY}") from error
-    if dataset.attrs.get("checksum", "") not in ("", checksum(dataset)):
-        raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+        reason = message_of(error, OSError, RuntimeError, ValueError)
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({reason}); {REMEDY}") from error
     return with_coordinates(dataset)
 
 
@@ -380,25 +474,27 @@ def fault_of(dataset: xr.Dataset) -> str:
 
 
 def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
-    """Return the digest, or another text, of a result; an empty text where it has none or is marked incomplete.
+    """Return the digest, or another text, in a netCDF file; an empty text where it has none or is marked incomplete.
 
+    Its content is not read, and may have been changed: see `sound_digest`.
     Raises DataFileError when a dataset is truncated or no netCDF, and HeldOpenError while another program writes to it.
     """
-    if Path(path).suffix != ".nc":
-        return _sealed(Path(path))[1]
     import netCDF4
 
+    if not Path(path).is_file():  # the library would wait for the writer of a pipe
+        raise DataFileError(f"{path}: is no regular file")
     try:
         with netCDF4.Dataset(path) as file:
             return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
-    except OSError as error:
+    except Exception as error:  # as in `read_dataset`
         _require_not_held(path)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error
+        reason = message_of(error, OSError, RuntimeError, ValueError)
+        raise DataFileError(f"{path}: is truncated or is not netCDF ({reason}); {REMEDY}") from error
 
 
 def _require_not_held(path: Path | str) -> None:
     """Raise HeldOpenError where another program writes to a netCDF file, which HDF5 locks meanwhile."""
-    with Path(path).open("rb") as file:
+    with Path(path).open("rb") as file, suppress(OSError):  # a file system without locks
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError as error:

@@ -5,7 +5,9 @@ import os
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
 
 import netCDF4
 import numpy as np
@@ -15,16 +17,21 @@ import xarray as xr
 from refusals import refusal
 
 from knitstudy.files import (
+    ABANDONED,
     VERSIONS,
     commit_of,
+    open_regular,
     read_dataset,
     read_result,
     read_table,
     recorded_digest,
     replacing,
+    replacing_together,
     seal,
+    sound_digest,
     write_dataset,
     write_table,
+    write_text,
 )
 from knitstudy.run.configuration import load_scene
 
@@ -66,16 +73,38 @@ def held_by_another_program(opened, path):
             other.kill()
 
 
-def test_files_that_others_write_are_left_alone(tmp_path):
-    """Processes in two containers may have one number: the lock of the temporary file tells, and nothing else."""
-    live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
-    dead.write_text("half")
+def test_what_killed_processes_left_is_deleted_and_what_others_write_is_not(tmp_path):
+    """A temporary file that nobody has changed for long is abandoned, by the clock of the file system alone."""
+    live, dead, link = (tmp_path / f".a.{number}.partial.csv" for number in (1, 2, 3))
+    outside = tmp_path / "outside"
+    outside.mkdir()
     live.write_text("half")
-    (tmp_path / ".a.3.partial.csv.lock").touch()  # killed after its file had got its name
-    with held_by_another_program("open(path, 'wb'); fcntl.flock(f, fcntl.LOCK_EX)", f"{live}.lock"):
-        with replacing(tmp_path / "a.csv") as temporary:
-            temporary.write_text("new")
-        assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, f"{live.name}.lock", "a.csv"]
+    dead.write_text("half")
+    link.symlink_to(outside)
+    long_ago = live.stat().st_mtime - 1.1 * ABANDONED
+    for left in (dead, link):
+        os.utime(left, (long_ago, long_ago), follow_symlinks=False)
+    with replacing(tmp_path / "a.csv") as temporary:
+        temporary.write_text("new")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, "a.csv", "outside"]
+
+
+def write_often(path, times):
+    """Write a file many times; return the errors."""
+    errors = []
+    for number in range(times):
+        try:
+            write_text(f"{number}", path)
+        except Exception as error:
+            errors.append(repr(error))
+    return errors
+
+
+def test_processes_that_write_one_file_at_once_never_fail(tmp_path):
+    with ProcessPoolExecutor(8, get_context("fork")) as pool:
+        errors = [*pool.map(write_often, [tmp_path / "a.txt"] * 8, [60] * 8)]
+    assert errors == [[]] * 8
+    assert os.listdir(tmp_path) == ["a.txt"]
 
 
 def test_threads_that_write_one_file_leave_each_other_alone(tmp_path):
@@ -98,11 +127,121 @@ def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
     table = pd.DataFrame({"force [N]": [1.0, 2.0]})
     write_table(table, tmp_path / "a.csv")
     seal(tmp_path / "a.csv", "digest")
-    assert recorded_digest(tmp_path / "a.csv") == "digest"
     pd.testing.assert_frame_equal(read_table(tmp_path / "a.csv"), table)
     (tmp_path / "a.csv").write_text("force [N]\n1.0\n")
-    with refusal(r"a\.csv: was changed after it was written; delete it"):
+    with refusal(r"a\.csv: was changed after it was written, .*; delete it"):
         read_table(tmp_path / "a.csv")
+
+
+def edited(path):
+    path.write_bytes(path.read_bytes() + b"x")
+
+
+def unit_edited(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["force"].units = "kN"
+
+
+def value_edited(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["force"][-1] = 3.0
+
+
+def checksum_deleted(path):
+    with netCDF4.Dataset(path, "a") as file:
+        del file.checksum
+
+
+def seal_of_another(path):
+    write_text("a" * 16 + " digest", path.with_name(f".{path.name}.sum"))
+
+
+@pytest.mark.parametrize(
+    ("name", "harm"),
+    [
+        *(
+            (name, harm)
+            for name in ("a.png", "a.csv", "a.html", "a.pvd")
+            for harm in (edited, seal_of_another)
+        ),
+        *(("a.nc", harm) for harm in (unit_edited, value_edited, checksum_deleted)),
+    ],
+)
+def test_results_of_all_kinds_are_sound_until_somebody_edits_them(tmp_path, dataset, name, harm):
+    path = tmp_path / name
+    if path.suffix == ".nc":
+        write_dataset(dataset, path, digest="digest")
+    else:
+        write_text("a,b\n1,2\n", path)
+        seal(path, "digest")
+    assert sound_digest(path) == "digest"
+    harm(path)
+    with refusal(rf"{name}: (was changed after it was written|has no checksum).*; delete it"):
+        sound_digest(path)
+
+
+def test_a_result_without_its_seal_counts_as_missing(tmp_path):
+    write_text("a", tmp_path / "a.png")
+    seal(tmp_path / "a.png", "digest")
+    (tmp_path / ".a.png.sum").unlink()
+    assert sound_digest(tmp_path / "a.png") == ""
+
+
+def test_attributes_of_all_kinds_are_the_same_before_and_after_a_file(tmp_path):
+    values = {
+        "units": "N",
+        "one": [1.0],
+        "some": [1, 2],
+        "names": ["a", "b"],
+        "half": np.float32(0.1),
+        "n": 3,
+    }
+    whole = xr.Dataset({"force": ("increment", [1.0, 2.0], values)}, attrs=values | {"empty": ""})
+    write_dataset(whole, tmp_path / "a.nc", digest="digest")
+    assert sound_digest(tmp_path / "a.nc") == "digest"
+
+
+def test_files_of_one_answer_are_replaced_together(tmp_path):
+    """An error after the first of them changes nothing; files of somebody else stay."""
+    for name in ("table.csv", "stale.inp", "mine.txt"):
+        (tmp_path / name).write_text("old")
+    with suppress(ZeroDivisionError), replacing_together(tmp_path, stale=["stale.inp"]) as beside:
+        write_text("new", beside / "table.csv")
+        raise ZeroDivisionError
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(
+        ("table.csv", "stale.inp", "mine.txt"), "old"
+    )
+    with replacing_together(tmp_path, stale=["stale.inp"]) as beside:
+        write_text("new", beside / "table.csv")
+        write_text("new", beside / "grids" / "0.vtu")
+    files = {
+        str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*") if path.is_file()
+    }
+    assert files == {"table.csv": "new", "mine.txt": "old", "grids/0.vtu": "new"}
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
+def test_a_file_of_a_fixed_name_is_regular_or_refused(tmp_path, kind):
+    """Somebody else's folder has something in the place of a lock or a log: nothing elsewhere is made or waited for."""
+    path = tmp_path / "study.lock"
+    match kind:
+        case "link":
+            path.symlink_to(tmp_path / "elsewhere")
+        case "pipe":
+            os.mkfifo(path)
+        case "folder":
+            path.mkdir()
+    with refusal("study.lock: is no regular file, and is not written to"):
+        open_regular(path)
+    assert os.listdir(tmp_path) == ["study.lock"]
+
+
+def test_a_file_of_a_fixed_name_keeps_its_text(tmp_path):
+    (tmp_path / "study.lock").write_text("12")
+    with open_regular(tmp_path / "study.lock") as file:
+        assert file.read() == "12"
+    with open_regular(tmp_path / "new.lock") as file:
+        assert file.read() == ""
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])
@@ -194,7 +333,7 @@ def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
     assert read_result(path).force[-1] == 2
     with netCDF4.Dataset(path, "a") as file:
         file["force"][-1] = 3.0
-    with refusal(r"a\.nc: was changed after it was written; delete it and make"):
+    with refusal(r"a\.nc: was changed after it was written, .*; delete it and make"):
         read_dataset(path)
 
 

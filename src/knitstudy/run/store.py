@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
 from knitstudy.files import (
+    REMEDY,
     fault_of,
     provenance,
     read_dataset,
@@ -26,6 +27,7 @@ from knitstudy.files import (
     recorded_digest,
     require_writable,
     seal,
+    sound_digest,
     with_coordinates,
     write_dataset,
 )
@@ -88,8 +90,10 @@ class Store:
         return None
 
     def holds(self, step: Step) -> bool:
-        """Return whether the result of a step is kept and up to date, without reading it."""
-        return any(digest_or_warning(path) == step.digest for path in self._paths(step))
+        """Return whether the dataset of a step is kept, whole and up to date; it is in memory from then on."""
+        if step.digest not in self.made and (result := self.found(step)) is not None:
+            self.made[step.digest] = result
+        return step.digest in self.made
 
     def scale(self, step: Step) -> None:
         """Write the history of a step where that of a scene is kept whose stiffnesses differ by one factor.
@@ -214,21 +218,26 @@ def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
 
 
 def digest_or_warning(path: Path) -> str:
-    """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
+    """Return the digest of a result that is whole and unchanged; an empty text, and a warning, of any other."""
     try:
-        return recorded_digest(path)
+        return sound_digest(path)
     except DataFileError as error:
-        log.warning("%s; it will be made again", error)
+        _warn_of_unsound(error)
         return ""
 
 
 def _kept(path: Path, digest: str) -> xr.Dataset | None:
     """Return the dataset of a file with a digest; None where it has another one, or is damaged, which is a warning."""
     try:
-        return read_result(path) if digest_or_warning(path) == digest else None
+        return read_result(path) if recorded_digest(path) == digest else None
     except DataFileError as error:
-        log.warning("%s", error)
+        _warn_of_unsound(error)
         return None
+
+
+def _warn_of_unsound(error: DataFileError) -> None:
+    """Warn of a result that nobody uses; the remedy of its message is not needed."""
+    log.warning("%s; it is made again", str(error).removesuffix(f"; {REMEDY}"))
 
 
 STIFFNESSES = "contact_coefficient contact_stiffness stick_stiffness indentation_modulus tie_least_stiffness"

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.files import read_dataset, safe_name, write_table
+from knitstudy.files import read_dataset, replacing_together, safe_name, write_table
 from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
@@ -83,8 +83,9 @@ def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title:
     from knitstudy.use.plot import draw_curves
     from knitstudy.use.style import save
 
-    write_table(table, f"{stem}.csv")
-    save(draw_curves(curves), [f"{stem}.png"], {}, title)
+    with replacing_together(stem.parent) as beside:
+        write_table(table, beside / f"{stem.name}.csv")
+        save(draw_curves(curves), [beside / f"{stem.name}.png"], {}, title)
     click.echo(f"{stem}.csv, .png: {title}", err=True)
 
 
