@@ -58,9 +58,9 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     Console().print(table)
 
 
-def say(text: str) -> None:
-    """Print lines on standard error, whatever characters of a file are in them."""
-    click.echo(printable_lines(text), err=True)
+def say(text: str = "", err: bool = False) -> None:
+    """Print lines, with `err` on standard error, whatever characters of a file are in them: all commands print so."""
+    click.echo(printable_lines(text), err=err)
 
 
 class PrintableFormatter(logging.Formatter):
@@ -138,7 +138,7 @@ def load_plugins_of(config: Path) -> None:
     for name in plugins:
         if not is_loaded(name):
             message = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
-            say(message)
+            say(message, err=True)
 
 
 def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:

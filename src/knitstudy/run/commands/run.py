@@ -88,22 +88,22 @@ def run(
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
-    click.echo(f"{results.path}:", err=True)
+    console.say(f"{results.path}:", err=True)
     console.print_table(("quantity", "value", "unit"), summarise(results.history))
     for question in questions(chosen):  # again: the first time was before all other messages
-        click.echo(question, err=True)
+        console.say(question, err=True)
     if before is not None and "load" in before and anew and not changes:
         others = ", ".join(differing_variables(before, results.history))
         made = console.plain(str(before.attrs.get("source", "")))
         same = f"the same as in {scene}, to the last bit, but for times"
-        click.echo(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
+        console.say(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
 
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     """Print the chosen model of a scene that leaves its model open."""
     if choice := choice_of(scene, changes, config):
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        click.echo(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
+        console.say(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 
 
 @click.command()
@@ -128,7 +128,7 @@ def measure(scene: str, changes: console.Changes, output: Path, config: Path) ->
         table = measured(problem, output)
     columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]
     console.print_table(columns, table[columns].fillna("").itertuples(index=False))
-    click.echo(f"kept in {OWN}", err=True)
+    console.say(f"kept in {OWN}", err=True)
 
 
 @contextmanager
@@ -170,7 +170,9 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     knitstudy study full -- --dry-run                           jobs that would run
     """
     if variable := os.environ.get("SNAKEMAKE_PROFILE"):
-        console.say(f"SNAKEMAKE_PROFILE={variable} is not read: name a profile by -- --profile {variable}")
+        console.say(
+            f"SNAKEMAKE_PROFILE={variable} is not read: name a profile by -- --profile {variable}", err=True
+        )
     # Without these Snakemake looks for profiles in the working folder, which may name any code; given ones win.
     arguments = ["--workflow-profile", str(WORKFLOW.parent / "profiles" / "default")]
     if not any(option.startswith("--profile") for option in options):
@@ -191,11 +193,11 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         if status := snakemake(arguments):
             raise click.exceptions.Exit(status)
     if DRY & {*options}:
-        click.echo(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
+        console.say(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
         return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
-    click.echo(
+    console.say(
         f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
     )
 
@@ -218,7 +220,10 @@ def alone() -> Iterator[None]:
                 f"a study is running here already (process {other}); wait for it or end it"
             ) from error
         except OSError as error:
-            console.say(f"{LOCK}: {error.strerror}: start no second study in this folder while this one runs")
+            console.say(
+                f"{LOCK}: {error.strerror}: start no second study in this folder while this one runs",
+                err=True,
+            )
         lock.truncate(0)
         lock.write(f"{os.getpid()}\n")
         lock.flush()

@@ -86,7 +86,7 @@ def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title:
     with replacing_together(stem.parent) as beside:
         write_table(table, beside / f"{stem.name}.csv")
         save(draw_curves(curves), [beside / f"{stem.name}.png"], {}, title)
-    click.echo(f"{stem}.csv, .png: {title}", err=True)
+    console.say(f"{stem}.csv, .png: {title}", err=True)
 
 
 @click.command()
@@ -146,7 +146,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     console.print_table(("quantity", "value", "unit"), rows)
     if whole.index[-1] > simulated.index[-1]:
         more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
-        click.echo(f"{result} ends at {reach}; {more}", err=True)
+        console.say(f"{result} ends at {reach}; {more}", err=True)
     curves = {"measured": whole, str(scene.name): simulated}
     title = f"{scene.name} and {measured.name}"
     _write(result.with_name(f"{result.stem}-{name}"), pd.DataFrame(points), curves, title)
@@ -219,7 +219,7 @@ def fit(
             except ConvergenceError as error:
                 if not slides:
                     raise
-                click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
+                console.say(f"friction {friction:.3g} is left out: {error}", err=True)
                 continue
             curves[friction] = simulated_curve(results.history, results.geometry, **way)
         return curves
@@ -236,7 +236,7 @@ def fit(
             count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         curve = within(curve, *simulated.values())
-        click.echo(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
+        console.say(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
         more_accurate = (lambda frictions: forces(simulations(frictions, dict(check)))) if check else None
         fitted = curve_fit.fit(curve.to_numpy(), forces(simulated), more_accurate)
     moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
@@ -246,7 +246,7 @@ def fit(
     curves = {"measured": whole, "fit": pd.Series(fitted.forces, curve.index)}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title)
-    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+    console.say(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
 
 
 def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
@@ -258,5 +258,5 @@ def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
     console.print_table(list(table.columns), table.to_numpy())
     table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
     for line in fitted.remarks():
-        click.echo(line, err=True)
+        console.say(line, err=True)
     return table

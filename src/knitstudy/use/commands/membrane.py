@@ -66,12 +66,12 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
                 write_membrane(fitted, beside / deck, dialect, output.stem)
                 written += f", .{dialect}.inp"
             if fitted.attrs["secant"]:
-                console.say("the decks have a secant: it holds at the strains of its table alone")
+                console.say("the decks have a secant: it holds at the strains of its table alone", err=True)
         except UnwritableError:
             raise
         except DataFileError as error:
-            console.say(f"no deck is written: {error}")
-    console.say(written)
+            console.say(f"no deck is written: {error}", err=True)
+    console.say(written, err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:
@@ -129,11 +129,11 @@ def strip(law: Path, length: float, width: float, strain: float, direction: str,
     console.print_table(columns, [tuple(f"{value:.4g}" for value in row) for row in rows])
     for name, way, reached, force, cell in forces_beside(fitted, "law"):
         error = f"{name}, {way} {100 * reached:.3g} %: law {force:.3g} N/m, cell {cell:.3g} N/m"
-        click.echo(error, err=True)
+        console.say(error, err=True)
     known = float(fitted["largest_strain"][axis])
     if strain > known * (1 + 1e-9):
-        click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
+        console.say(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
     if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
         remark = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
-        click.echo(remark, err=True)
-    click.echo(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)
+        console.say(remark, err=True)
+    console.say(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

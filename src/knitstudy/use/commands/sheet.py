@@ -88,5 +88,5 @@ def sheet(
         page, *files = made.write(output / "sheet" / made.scene.name)
     console.print_table([*made.numbers], made.numbers.to_numpy().tolist())
     for note in made.notes:
-        console.say(note)
-    console.say(f"{page}, {', '.join(file.name for file in files)}")
+        console.say(note, err=True)
+    console.say(f"{page}, {', '.join(file.name for file in files)}", err=True)
