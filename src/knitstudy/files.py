@@ -102,6 +102,8 @@ def replacing_together(folder: Path | str, stale: Iterable[str] = ()) -> Iterato
             for name in set(map(Path, stale)) - written:
                 (folder / name).unlink(missing_ok=True)
             _flush_to_disk(folder)
+        except UnwritableError as error:  # of a file in the temporary folder, which is gone then
+            raise UnwritableError(str(error).replace(str(temporary), str(folder))) from error
         finally:
             shutil.rmtree(temporary, ignore_errors=True)
 
@@ -380,6 +382,7 @@ def write_dataset(
         if variable.dtype.kind in "fiu" and variable.size > 1000
     }
     with replacing(path) as temporary:
+        _prepare_locking(temporary.parent)
         try:
             with uninterrupted():
                 dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
@@ -422,6 +425,7 @@ def read_dataset(path: Path | str) -> xr.Dataset:
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `knitstudy run` or `make study`")
+    _prepare_locking(path.parent)
     try:
         with uninterrupted():
             dataset = xr.load_dataset(path, engine="netcdf4")
@@ -483,6 +487,7 @@ def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
 
     if not Path(path).is_file():  # the library would wait for the writer of a pipe
         raise DataFileError(f"{path}: is no regular file")
+    _prepare_locking(Path(path).parent)
     try:
         with netCDF4.Dataset(path) as file:
             return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
@@ -490,6 +495,22 @@ def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
         _require_not_held(path)
         reason = message_of(error, OSError, RuntimeError, ValueError)
         raise DataFileError(f"{path}: is truncated or is not netCDF ({reason}); {REMEDY}") from error
+
+
+def _prepare_locking(folder: Path) -> None:
+    """Have HDF5 lock no files where a folder's file system has no locks, which it would call a refused permission.
+
+    HDF5 asks once, when the first file of a process is opened.
+    """
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        pass
+    except OSError:
+        os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+    finally:
+        os.close(descriptor)
 
 
 def _require_not_held(path: Path | str) -> None:

@@ -22,8 +22,9 @@ EXPECTED: dict[int, tuple[str, float]] = {}
 SHORT = 5.0  # Expected seconds of other jobs
 
 FAILED_JOB = re.compile("^RuleException|job did not complete")  # The job itself has said why
-LATE = re.compile(r"older modification time \(.*?\) than input (?P<input>.+) \((?P<time>[^()]+)\)")
-EXPLAINED = "error in "  # How the message of a job that failed begins, in its log and on the console
+LATE = re.compile(r"older modification time \(.*?\) than input (?P<input>.+?) \((?P<time>[^()]+)\)\.")
+EXPLAINED = ("error in ", "interrupted")
+"""How the message of a job that failed begins in its log, and that of one that was ended."""
 
 
 class LogHandler(LogHandlerBase):
@@ -108,7 +109,7 @@ def in_own_words(message: str) -> str:
 
 
 def unexplained(job: str, logs: list[str]) -> str:
-    """Return a message of a job that failed without one: it was killed."""
+    """Return a message of a job that failed without one, as where it was killed; else an empty text."""
     texts = [Path(log).read_text(encoding="utf-8", errors="replace") for log in logs if Path(log).is_file()]
     if any(line.startswith(EXPLAINED) for text in texts for line in text.splitlines()):
         return ""
