@@ -224,9 +224,9 @@ def up_to_date(
     plan: Plan, scenes: Iterable[Scene], results: Path, stages: Collection[str] = tuple(STAGES)
 ) -> list[Scene]:
     """Return those scenes of which all datasets, of some stages, that a study makes are there and up to date."""
+    store = Store(results)
 
     def there(scene: Scene) -> bool:
-        store = Store(results)  # which holds the datasets that it has checked
         steps = plan.steps_of(scene).values()
         needed = {need.path for step in steps if step.wanted for need in step.needs.values()}
         made = (step for step in steps if step.wanted or step.path in needed)

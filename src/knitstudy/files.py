@@ -11,12 +11,12 @@ import shutil
 import stat
 import subprocess
 import uuid
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TextIO
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
@@ -240,15 +240,14 @@ TEXTS = (*STAMP, "digest", "code")
 """Columns of tables that are read as texts: a hash may have digits alone."""
 
 
-# Tables as CSV, and seals of all files that are no netCDF
+# Checksums: one of the bytes of every result, read before anything else of it is
 
 REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
 
+MARK = b"\nchecksum of knitstudy: "
+"""Bytes between the content of a netCDF file and its checksum, which stands behind the end that HDF5 knows."""
 
-def write_table(table: pd.DataFrame, path: Path | str) -> None:
-    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
-    with replacing(path) as temporary:
-        table.to_csv(temporary, index=False)
+LENGTH = 16  # characters of a checksum
 
 
 def seal(path: Path | str, digest: str) -> None:
@@ -268,36 +267,76 @@ def _sealed(path: Path) -> tuple[str, str]:
     return checksum, digest
 
 
-def sound_digest(path: Path | str) -> str:
-    """Return the digest of a result of any kind whose content fits its checksum.
+def file_digest(path: Path, size: int | None = None) -> str:
+    """Return a digest of the content of a file, or of its first bytes."""
+    digest, left = hashlib.sha256(), path.stat().st_size if size is None else size
+    with path.open("rb") as file:
+        while left > 0 and (part := file.read(min(left, 1 << 20))):
+            digest.update(part)
+            left -= len(part)
+    return digest.hexdigest()[:LENGTH]
 
-    The text is empty where the result has no digest or is marked incomplete: it counts as missing.
-    Raises DataFileError where the file was changed, or its checksum was, or it is truncated, and HeldOpenError while
-    another program writes to it.
+
+def require_unchanged(path: Path) -> None:
+    """Refuse a result that was changed after it was written.
+
+    That is a netCDF file with no checksum or another one, and a file of another kind beside a seal with another one.
+    It is asked first of all: a library that reads a damaged file may end the process. Raises DataFileError, and
+    HeldOpenError while another program writes to a netCDF file.
+    """
+    if path.suffix != ".nc":
+        recorded = _sealed(path)[0]
+        unchanged = recorded in ("", file_digest(path))
+    else:
+        _require_not_held(path)
+        size = path.stat().st_size - len(MARK) - LENGTH
+        with path.open("rb") as file:
+            file.seek(max(size, 0))
+            mark, recorded = file.read(len(MARK)), file.read().decode("ascii", errors="replace")
+        if mark != MARK:
+            why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
+            raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
+        unchanged = recorded == file_digest(path, size)
+    if not unchanged:
+        raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+
+
+def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
+    """Return the digest of a result of any kind, or another text of a netCDF file, whose content is unchanged.
+
+    The text is empty where the result has none or is marked incomplete: it counts as missing.
+    Raises the errors of `require_unchanged`, and DataFileError where the file is missing or no netCDF.
     """
     path = Path(path)
-    if path.suffix == ".nc":
-        attributes = read_dataset(path).attrs
-        return "" if "incomplete" in attributes else str(attributes.get("digest", ""))
-    checksum, digest = _sealed(path)
-    if digest:
-        _require_checksum(path, checksum, file_digest(path))
-    return digest
+    if not path.is_file():  # a library would wait for the writer of a pipe
+        raise DataFileError(f"{path}: there is no such file")
+    require_unchanged(path)
+    if path.suffix != ".nc":
+        return _sealed(path)[1]
+    import netCDF4
+
+    _prepare_locking(path.parent)
+    with _naming(path), netCDF4.Dataset(path) as file:
+        return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
 
 
-def _require_checksum(path: Path, recorded: str, actual: str) -> None:
-    """Refuse a file with another checksum than the recorded one."""
-    if not recorded:
-        raise DataFileError(
-            f"{path}: has no checksum: it was not written by knitstudy, or changed since; {REMEDY}"
-        )
-    if recorded != actual:
-        raise DataFileError(f"{path}: was changed after it was written, or by another version; {REMEDY}")
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name the file in whatever a library raises that reads it."""
+    try:
+        yield
+    except Exception as error:
+        reason = message_of(error, OSError, RuntimeError, ValueError)
+        raise DataFileError(f"{path}: is not netCDF ({reason}); {REMEDY}") from error
 
 
-def file_digest(path: Path) -> str:
-    """Return a digest of the content of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+# Tables as CSV, and texts
+
+
+def write_table(table: pd.DataFrame, path: Path | str) -> None:
+    """Write a table as CSV without row numbers; column names carry their units, for example ``force [N]``."""
+    with replacing(path) as temporary:
+        table.to_csv(temporary, index=False)
 
 
 # By the bytes that a file begins with; else UTF-8, and what western programs wrote before it
@@ -334,7 +373,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
 
     path = Path(path)
     if path.is_file():
-        sound_digest(path)
+        require_unchanged(path)
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
@@ -351,7 +390,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     return table
 
 
-# Datasets as netCDF 4, with provenance and a checksum
+# Datasets as netCDF 4, with provenance
 
 COORDINATES = {"strain": "increment"}
 """Variables that are coordinates along a dimension, such as the strain of every increment."""
@@ -366,7 +405,7 @@ FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 def write_dataset(
     dataset: xr.Dataset, path: Path | str, scene: str | None = None, digest: str | None = None
 ) -> None:
-    """Write a dataset in SI units as netCDF 4 with provenance and a checksum of its content.
+    """Write a dataset in SI units as netCDF 4 with provenance, and a checksum behind its end.
 
     The name of the scene and the digest of all that the result depends on are recorded if they are given.
     Raises DataFileError when the file cannot be written.
@@ -374,7 +413,6 @@ def write_dataset(
     named = {} if scene is None else {"scene": scene}
     known = {} if digest is None else {"digest": digest}
     dataset = dataset.assign_attrs(provenance() | named | known)
-    dataset = dataset.assign_attrs(checksum=checksum(dataset))
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
@@ -386,37 +424,18 @@ def write_dataset(
         try:
             with uninterrupted():
                 dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+            with temporary.open("ab") as file:
+                file.write(MARK + file_digest(temporary).encode())
         except (OSError, RuntimeError) as error:
             remedy = "make room on the disk, or name another folder"
             raise UnwritableError(f"{path}: cannot be written: {error}; {remedy}") from error
 
 
-def checksum(dataset: xr.Dataset) -> str:
-    """Return a checksum of names, dimensions, values and all attributes, the same before and after a file."""
-    digest = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        variable = dataset.variables[name]
-        values = np.asarray(variable)
-        digest.update(f"{name} {variable.dims} {values.shape} {_attributes(variable.attrs)}".encode())
-        if values.dtype.kind not in "fiub":
-            digest.update(str(values.tolist()).encode())
-        else:
-            digest.update(np.ascontiguousarray(values).data if values.size else b"")
-    digest.update(_attributes(dataset.attrs).encode())
-    return digest.hexdigest()[:16]
-
-
-def _attributes(attributes: Mapping[Any, Any]) -> str:
-    """Return attributes but the checksum as one text: a file has lists of one value as the value."""
-    known = ((str(name), np.atleast_1d(value).tolist()) for name, value in attributes.items())
-    return str(sorted(attribute for attribute in known if attribute[0] != "checksum"))
-
-
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
-    Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written, and
-    HeldOpenError while another program writes to it.
+    Raises DataFileError when the file is missing, truncated or no netCDF, was changed after it was written, or is a
+    history with values that are no numbers, and HeldOpenError while another program writes to it.
     """
     import xarray as xr
 
@@ -425,17 +444,12 @@ def read_dataset(path: Path | str) -> xr.Dataset:
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `knitstudy run` or `make study`")
+    require_unchanged(path)
     _prepare_locking(path.parent)
-    try:
-        with uninterrupted():
-            dataset = xr.load_dataset(path, engine="netcdf4")
-        _require_checksum(path, str(dataset.attrs.get("checksum", "")), checksum(dataset))
-    except DataFileError:
-        raise
-    except Exception as error:  # libraries raise nearly anything where bytes of a file are wrong
-        _require_not_held(path)
-        reason = message_of(error, OSError, RuntimeError, ValueError)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({reason}); {REMEDY}") from error
+    with _naming(path), uninterrupted():
+        dataset = xr.load_dataset(path, engine="netcdf4")
+    if fault := _no_numbers(dataset):
+        raise DataFileError(f"{path}: {fault}; {REMEDY}")
     return with_coordinates(dataset)
 
 
@@ -468,33 +482,24 @@ def fault_of(dataset: xr.Dataset) -> str:
     """Return why a dataset cannot be used as a result: a history that is not complete; an empty text where it can."""
     if "incomplete" in dataset.attrs:
         return f"is incomplete ({dataset.attrs['incomplete']})"
-    if "load" not in dataset or "increment" not in dataset["load"].dims:
+    if not _is_history(dataset):
         return ""
-    for name in FINITE:
-        if name in dataset and not np.isfinite(dataset[name]).all():
-            return f"{name} holds a value that is no number"
+    if fault := _no_numbers(dataset):
+        return fault
     last = float(dataset["load"][-1])
     return "" if abs(last - dataset.attrs.get("full_load", 1.0)) < 1e-9 else f"ends at {last:.3g} of the load"
 
 
-def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
-    """Return the digest, or another text, in a netCDF file; an empty text where it has none or is marked incomplete.
+def _is_history(dataset: xr.Dataset) -> bool:
+    return "load" in dataset and "increment" in dataset["load"].dims
 
-    Its content is not read, and may have been changed: see `sound_digest`.
-    Raises DataFileError when a dataset is truncated or no netCDF, and HeldOpenError while another program writes to it.
-    """
-    import netCDF4
 
-    if not Path(path).is_file():  # the library would wait for the writer of a pipe
-        raise DataFileError(f"{path}: is no regular file")
-    _prepare_locking(Path(path).parent)
-    try:
-        with netCDF4.Dataset(path) as file:
-            return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
-    except Exception as error:  # as in `read_dataset`
-        _require_not_held(path)
-        reason = message_of(error, OSError, RuntimeError, ValueError)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({reason}); {REMEDY}") from error
+def _no_numbers(dataset: xr.Dataset) -> str:
+    """Return which variable of a history holds values that are no numbers; an empty text where none does."""
+    for name in FINITE if _is_history(dataset) else ():
+        if name in dataset and not np.isfinite(dataset[name]).all():
+            return f"{name} holds a value that is no number"
+    return ""
 
 
 def _prepare_locking(folder: Path) -> None:

@@ -301,7 +301,7 @@ def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
     assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
     (tmp_path / "a.nc").write_bytes(b"CDF\x01")
-    assert "a.nc: is truncated or is not netCDF" in message(knitstudy("show", "a.nc"))
+    assert "a.nc: does not end with a checksum: it was cut" in message(knitstudy("show", "a.nc"))
     (tmp_path / "a.txt").touch()
     assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
 

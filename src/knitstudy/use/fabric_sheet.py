@@ -330,10 +330,9 @@ def cell_of(scene: Scene) -> CellOfBeams:
 
 def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
     """Return the note that names the values of the yarns, those that other values replace left out."""
-    replaced = [key for key, others in cell.idle_beside.items() if None not in map(cell.value, others)]
     said = [f"contact.friction {cell.friction:.4g}"]
     for key, value in flat(cell.to_dict()).items():
-        if key.endswith(VALUES) and value is not None and key not in replaced:
+        if key.endswith(VALUES) and value is not None and not cell.replaced_by(key):
             said.append(f"{key} {value:.4g} {unit_of(key)}")
     said.append(f"tex {_each(tex)}")
     return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."

@@ -31,7 +31,7 @@ from knitstudy.run.advice import (
 )
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.commands import console
-from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study
+from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study, own_scenes
 from knitstudy.run.families import STUDIES
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
@@ -151,6 +151,12 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
 def _check_folder(folder: Path) -> None:
     console.load_plugins_of(folder)
     scenes = load_scenes(folder)
+    if folder.is_file():
+        own = own_scenes(folder)
+        console.say(f"{folder}: valid; scene{'s' * (len(own) != 1)} {', '.join(own) or 'none'}")
+        for name in own[:1]:
+            console.say(f"knitstudy check {name} --config {folder} shows all keys of {name}")
+        return
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
     console.say(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
 
@@ -202,6 +208,8 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes
     member, changed, rows = load_families(config).get(what), dict(changes), []
     yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
+        if scene.replaced_by(key):
+            continue  # nothing reads it
         name, _, field = key.rpartition(".")
         described = documented(type(scene.sections[name]) if name else Labels, field)
         if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
