@@ -5,6 +5,7 @@ The damage is drawn from a fixed seed: a failure can be repeated.
 
 import json
 import math
+import os
 import time
 from pathlib import Path
 
@@ -99,6 +100,12 @@ def test_damaged_scenes_are_read_or_refused_in_time(tmp_path):
 def test_yaml_that_is_nested_too_deep_is_refused_at_once(opened, depth):
     with refusal(rf"^here, line \d+: lists or mappings are nested more than {DEEPEST} deep|is not YAML"):
         parsed(opened * depth, "here")
+
+
+def test_a_pipe_in_a_folder_of_scenes_is_not_waited_for(tmp_path):
+    os.mkfifo(tmp_path / "a.yaml")
+    with refusal("a.yaml: is a pipe; a file must be there"):
+        load_scene("jersey", tmp_path)
 
 
 def test_yaml_of_usual_depth_and_size_is_read():

@@ -1,6 +1,7 @@
 """Files are written whole or not at all, and errors of bad ones name a remedy."""
 
 import errno
+import fcntl
 import os
 import signal
 import subprocess
@@ -16,6 +17,7 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
+from knitstudy.errors import UnwritableError
 from knitstudy.files import (
     ABANDONED,
     VERSIONS,
@@ -256,6 +258,35 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch,
         temporary.write_text("new")
     assert path.read_text() == "old"
     assert os.listdir(tmp_path) == ["a.csv"]
+
+
+@pytest.mark.parametrize("write", [write_text, lambda text, path: write_together(path.parent / "sheet")])
+def test_a_folder_that_can_only_be_read_is_named_with_its_remedy(tmp_path, monkeypatch, write):
+    def only_read(*arguments, **known):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(os, "mkdir", only_read)
+    with refusal(r"cannot be written \(Read-only file system\): name another folder", UnwritableError):
+        write("text", tmp_path / "new" / "a.txt")
+
+
+def write_together(folder):
+    with replacing_together(folder) as beside:
+        write_text("text", beside / "a.txt")
+
+
+@pytest.mark.parametrize("no_locks", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_a_file_system_without_locks_is_written_to_and_read_from(tmp_path, monkeypatch, dataset, no_locks):
+    def none(*_):
+        raise OSError(no_locks, os.strerror(no_locks))
+
+    monkeypatch.setattr(fcntl, "flock", none)
+    monkeypatch.setenv("HDF5_USE_FILE_LOCKING", "TRUE")  # so that what is said here is undone
+    monkeypatch.delenv("HDF5_USE_FILE_LOCKING")
+    write_dataset(dataset, tmp_path / "a.nc", digest="digest")
+    assert os.environ["HDF5_USE_FILE_LOCKING"] == "FALSE"
+    assert recorded_digest(tmp_path / "a.nc") == "digest"
+    assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
 
 
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):

@@ -74,6 +74,8 @@ def _require_shallow(text: str) -> None:
 
 
 def _read_text(path: Path) -> str:
+    if path.is_fifo():  # which a reader would wait for
+        raise ConfigurationError(f"{path}: is a pipe; a file must be there")
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:
