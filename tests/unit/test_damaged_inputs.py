@@ -81,7 +81,7 @@ def test_damaged_scenes_are_read_or_refused_in_time(tmp_path):
     """Many in one process: read as a scene, or refused in one line."""
     random, ended, lines = np.random.default_rng(SEED), {"read": 0, "refused": 0}, list[str]()
     path = tmp_path / "scenes.yaml"
-    for number in range(120):
+    for number in range(80):
         path.write_text(damaged_text(SCENE, random), encoding="utf-8")
         started = time.monotonic()
         try:
