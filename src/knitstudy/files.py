@@ -284,21 +284,29 @@ def require_unchanged(path: Path) -> None:
     It is asked first of all: a library that reads a damaged file may end the process. Raises DataFileError, and
     HeldOpenError while another program writes to a netCDF file.
     """
-    if path.suffix != ".nc":
-        recorded = _sealed(path)[0]
-        unchanged = recorded in ("", file_digest(path))
-    else:
-        _require_not_held(path)
-        size = path.stat().st_size - len(MARK) - LENGTH
-        with path.open("rb") as file:
-            file.seek(max(size, 0))
-            mark, recorded = file.read(len(MARK)), file.read().decode("ascii", errors="replace")
-        if mark != MARK:
-            why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
-            raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
-        unchanged = recorded == file_digest(path, size)
-    if not unchanged:
+    try:
+        recorded, actual = _checksums(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise DataFileError(f"{path}: cannot be read ({reason})") from error
+    if recorded != actual:
         raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+
+
+def _checksums(path: Path) -> tuple[str, str]:
+    """Return the checksum that a result has with it, and that of its bytes; the latter twice where none is needed."""
+    if path.suffix != ".nc":
+        actual = file_digest(path)
+        return _sealed(path)[0] or actual, actual
+    _require_not_held(path)
+    size = path.stat().st_size - len(MARK) - LENGTH
+    with path.open("rb") as file:
+        file.seek(max(size, 0))
+        mark, recorded = file.read(len(MARK)), file.read().decode("ascii", errors="replace")
+    if mark != MARK:
+        why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
+        raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
+    return recorded, file_digest(path, size)
 
 
 def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
@@ -507,7 +515,10 @@ def _prepare_locking(folder: Path) -> None:
 
     HDF5 asks once, when the first file of a process is opened.
     """
-    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        descriptor = os.open(folder, os.O_RDONLY)
+    except OSError:  # a folder whose files alone may be read
+        return
     try:
         fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:

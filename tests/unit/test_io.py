@@ -9,6 +9,7 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -186,6 +187,18 @@ def test_results_of_all_kinds_are_sound_until_somebody_edits_them(tmp_path, data
     harm(path)
     with refusal(rf"{name}: (was changed after it was written|does not end with a checksum).*; delete it"):
         recorded_digest(path)
+
+
+@pytest.mark.parametrize("name", ["a.nc", "a.csv"])
+def test_a_result_that_may_not_be_read_is_named(tmp_path, monkeypatch, name):
+    (tmp_path / name).write_text("a")
+
+    def denied(*_, **__):
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "open", denied)
+    with refusal(rf"{name}: cannot be read \(Permission denied\)"):
+        recorded_digest(tmp_path / name)
 
 
 def test_a_result_without_its_seal_counts_as_missing(tmp_path):
