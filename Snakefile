@@ -47,6 +47,7 @@ localrules:
 
 onstart:
     expect_jobs()
+    end_jobs_at_term()
 
 
 onsuccess:

@@ -133,6 +133,8 @@ def disturbed(bench: Bench, way: str, random: np.random.Generator, plan: Plan, f
         wrong = [f"{lost} increments lost"] if lost > 1 else []
         wrong += [UNENDED] if row["said"] == UNENDED else []
     wrong += _unreadable(folder)
+    for left in folder.rglob("*.partial*"):  # deleted once nobody has changed them for an hour
+        os.utime(left, (0, 0))
     again = _started(bench.scene, plan, folder)
     if said := again.ended():
         wrong.append(f"does not go on: {said}")

@@ -70,6 +70,15 @@ class DataFileError(KnitstudyError):
     """A file that is missing, truncated, or of another kind than its reader expects."""
 
 
+class UnwritableError(DataFileError):
+    """A file that cannot be written: the disk is full, or the folder is somebody else's."""
+
+
+def printable_lines(text: str) -> str:
+    """Return a text of several lines, each of which is `printable`: all that comes from outside is printed so."""
+    return "\n".join(map(printable, text.split("\n")))
+
+
 def printable(text: str) -> str:
     """Return a text with its control characters, such as escape sequences of a terminal, written out."""
     return "".join(character if character.isprintable() else ascii(character)[1:-1] for character in text)

@@ -7,6 +7,8 @@ import fcntl
 import glob
 import hashlib
 import os
+import shutil
+import stat
 import subprocess
 import uuid
 from collections.abc import Iterable, Iterator
@@ -14,12 +16,12 @@ from contextlib import contextmanager, suppress
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
 import knitstudy
-from knitstudy.errors import DataFileError, HeldOpenError, message_of
+from knitstudy.errors import DataFileError, HeldOpenError, UnwritableError, message_of
 from knitstudy.interruption import uninterrupted
 
 if TYPE_CHECKING:  # where they are needed, functions import them: the command starts in half the time
@@ -28,11 +30,16 @@ if TYPE_CHECKING:  # where they are needed, functions import them: the command s
 
 # Files written whole or not at all
 
-REMEDIES = dict.fromkeys(
-    (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO),
-    "make room on the disk and type the same command again; what was there before is as it was",
-) | dict.fromkeys((errno.EACCES, errno.EPERM, errno.EROFS), "name another folder, as with -o")
-"""What helps on errors of disks that are full, beyond a quota or a limit, or broken, and of folders of others."""
+FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""Errors of disks that are full, beyond a quota or a limit, or broken."""
+
+FORBIDDEN = (errno.EACCES, errno.EPERM, errno.EROFS)
+"""Errors of folders of others, and of those that can only be read."""
+
+ROOM = "make room on the disk and type the same command again; what was there before is as it was"
+
+ABANDONED = 3600.0
+"""Seconds without a change after which a temporary file counts as that of a killed process: nobody writes so long."""
 
 
 def safe_name(text: str) -> str:
@@ -56,63 +63,119 @@ def safe_name(text: str) -> str:
 def replacing(path: Path | str) -> Iterator[Path]:
     """Write a file whole or not at all: yield a temporary name, with the same suffix, that takes its place on success.
 
-    On an exception the temporary file is deleted, and the file stays as it was. The temporary file is locked: a run in
-    another container or on another computer, whose processes may have the same numbers, does not delete it.
+    On an exception the temporary file is deleted, and the file stays as it was. Temporary names are random: processes
+    that write one file at the same time never meet, and the last one to end stays.
     Raises DataFileError when the folder cannot be made, the disk cannot be written, or the block wrote no file.
     """
     path = Path(path)
-    temporary = path.with_name(f".{path.stem}.{uuid.uuid4().hex[:12]}.partial{path.suffix}")
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise DataFileError(f"{path}: the folder cannot be made: {error}") from error
-    _clear_abandoned(path)
-    try:
-        with _locked(temporary):
+    temporary = _temporary(path)
+    with naming_remedy(path):
+        try:
+            _make_folder(path.parent)
             yield temporary
             if not temporary.exists():
                 raise DataFileError(f"{path}: nothing was written")
             _flush_to_disk(temporary)
+            _delete_abandoned(path, temporary.stat().st_mtime)
             os.replace(temporary, path)
             _flush_to_disk(path.parent)
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+@contextmanager
+def replacing_together(folder: Path | str, stale: Iterable[str] = ()) -> Iterator[Path]:
+    """Write the files of one answer together or not at all: yield a folder whose files move into `folder` on success.
+
+    Files of the names `stale`, relative to the folder, that the block did not write are of an earlier answer: they are
+    deleted. All other files of the folder stay. On an exception nothing in the folder has changed.
+    Raises DataFileError when the folder cannot be made or the disk cannot be written.
+    """
+    folder = Path(folder)
+    with naming_remedy(folder):
+        _make_folder(folder)
+        temporary = _temporary(folder / "files")
+        try:
+            temporary.mkdir()
+            yield temporary
+            _delete_abandoned(folder / "files", temporary.stat().st_mtime)
+            written = {file.relative_to(temporary) for file in temporary.rglob("*") if file.is_file()}
+            for inside in {name.parent for name in written}:
+                _make_folder(folder / inside)
+            for name in sorted(written):
+                os.replace(temporary / name, folder / name)
+            for name in set(map(Path, stale)) - written:
+                (folder / name).unlink(missing_ok=True)
+            _flush_to_disk(folder)
+        except UnwritableError as error:  # of a file in the temporary folder, which is gone then
+            raise UnwritableError(str(error).replace(str(temporary), str(folder))) from error
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+@contextmanager
+def naming_remedy(path: Path | str, elsewhere: str = "name another folder, as with -o") -> Iterator[None]:
+    """Raise an OSError of the block that a user can mend as an UnwritableError that names path and remedy.
+
+    `elsewhere` is the remedy where this user may not write.
+    """
+    try:
+        yield
     except OSError as error:
-        if error.errno not in REMEDIES:
+        if error.errno not in FULL + FORBIDDEN:
             raise
-        remedy = REMEDIES[error.errno]
-        raise DataFileError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
-    finally:
-        temporary.unlink(missing_ok=True)
+        remedy = ROOM if error.errno in FULL else elsewhere
+        raise UnwritableError(f"{path}: cannot be written ({error.strerror}): {remedy}") from error
 
 
 def require_writable(path: Path) -> None:
     """Raise the DataFileError of `replacing` before anything is computed for a file that cannot be written."""
-    with suppress(InterruptedError), replacing(path):
+    with suppress(InterruptedError), replacing(path) as temporary:
+        temporary.touch()
         raise InterruptedError
 
 
-@contextmanager
-def _locked(temporary: Path) -> Iterator[None]:
-    """Hold a lock beside a temporary file: HDF5 locks the file itself."""
-    beside = Path(f"{temporary}.lock")
+def open_regular(path: Path) -> TextIO:
+    """Open a text file to read and write whose name is fixed, such as a lock or a log; it is made if there is none.
+
+    A link is not followed, and a pipe is not waited for: somebody else's folder may hold either.
+    Raises DataFileError where the path is no regular file.
+    """
+    flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
-        with beside.open("ab") as lock:
-            with suppress(OSError):  # a file system without locks
-                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # lockf would not hold off other threads
-            yield
-    finally:
-        beside.unlink(missing_ok=True)
+        descriptor = os.open(path, flags, 0o666)
+    except OSError as error:
+        if error.errno not in (errno.ELOOP, errno.EISDIR, errno.ENXIO):
+            raise
+        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it") from error
+    if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+        os.close(descriptor)
+        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it")
+    return os.fdopen(descriptor, "r+", encoding="utf-8", errors="replace")
 
 
-def _clear_abandoned(path: Path) -> None:
-    """Delete the temporary files that killed processes have left: nobody holds their locks."""
-    # A process that is killed between renaming and the end leaves the lock alone.
-    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}*"):
-        abandoned = left.with_name(left.name.removesuffix(".lock"))
-        beside = Path(f"{abandoned}.lock")
-        with suppress(OSError), beside.open("ab") as lock:  # OSError: its writer holds the lock
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-            abandoned.unlink(missing_ok=True)
-            beside.unlink(missing_ok=True)
+def _make_folder(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise DataFileError(f"{folder}: the folder cannot be made: {error}") from error
+
+
+def _temporary(path: Path) -> Path:
+    """Return a name that nobody else takes, beside a path and with its suffix."""
+    return path.with_name(f".{path.stem}.{uuid.uuid4().hex[:12]}.partial{path.suffix}")
+
+
+def _delete_abandoned(path: Path, now: float) -> None:
+    """Delete what killed processes have left of a path; `now` is by the clock of the file system [s]."""
+    for left in path.parent.glob(f".{glob.escape(path.stem)}.*.partial{path.suffix}"):
+        with suppress(OSError):  # another process may delete it as well
+            if now - left.lstat().st_mtime < ABANDONED:
+                continue
+            if left.is_dir() and not left.is_symlink():
+                shutil.rmtree(left, ignore_errors=True)
+            else:
+                left.unlink()
 
 
 def _flush_to_disk(path: Path) -> None:
@@ -182,7 +245,105 @@ TEXTS = (*STAMP, "digest", "code")
 """Columns of tables that are read as texts: a hash may have digits alone."""
 
 
-# Tables as CSV
+# Checksums: one of the bytes of every result, read before anything else of it is
+
+REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
+
+MARK = b"\nchecksum of knitstudy: "
+"""Bytes between the content of a netCDF file and its checksum, which stands behind the end that HDF5 knows."""
+
+LENGTH = 16  # characters of a checksum
+
+
+def seal(path: Path | str, digest: str) -> None:
+    """Keep the checksum of a result that is no netCDF file, and its digest, in a hidden file beside it."""
+    write_text(f"{file_digest(Path(path))} {digest}", _seal_of(path))
+
+
+def _seal_of(path: Path | str) -> Path:
+    return Path(path).with_name(f".{Path(path).name}.sum")
+
+
+def _sealed(path: Path) -> tuple[str, str]:
+    """Return the checksum and the digest in the seal of a file, empty texts where it has none."""
+    seal = _seal_of(path)
+    text = seal.read_text(encoding="utf-8", errors="replace") if seal.is_file() else ""
+    checksum, _, digest = text.partition(" ")
+    return checksum, digest
+
+
+def file_digest(path: Path, size: int | None = None) -> str:
+    """Return a digest of the content of a file, or of its first bytes."""
+    digest, left = hashlib.sha256(), path.stat().st_size if size is None else size
+    with path.open("rb") as file:
+        while left > 0 and (part := file.read(min(left, 1 << 20))):
+            digest.update(part)
+            left -= len(part)
+    return digest.hexdigest()[:LENGTH]
+
+
+def require_unchanged(path: Path) -> None:
+    """Refuse a result that was changed after it was written.
+
+    That is a netCDF file with no checksum or another one, and a file of another kind beside a seal with another one.
+    It is asked first of all: a library that reads a damaged file may end the process. Raises DataFileError, and
+    HeldOpenError while another program writes to a netCDF file.
+    """
+    try:
+        recorded, actual = _checksums(path)
+    except OSError as error:
+        reason = error.strerror or error
+        raise DataFileError(f"{path}: cannot be read ({reason})") from error
+    if recorded != actual:
+        raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+
+
+def _checksums(path: Path) -> tuple[str, str]:
+    """Return the checksum that a result has with it, and that of its bytes; the latter twice where none is needed."""
+    if path.suffix != ".nc":
+        actual = file_digest(path)
+        return _sealed(path)[0] or actual, actual
+    _require_not_held(path)
+    size = path.stat().st_size - len(MARK) - LENGTH
+    with path.open("rb") as file:
+        file.seek(max(size, 0))
+        mark, recorded = file.read(len(MARK)), file.read().decode("ascii", errors="replace")
+    if mark != MARK:
+        why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
+        raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
+    return recorded, file_digest(path, size)
+
+
+def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
+    """Return the digest of a result of any kind, or another text of a netCDF file, whose content is unchanged.
+
+    The text is empty where the result has none or is marked incomplete: it counts as missing.
+    Raises the errors of `require_unchanged`, and DataFileError where the file is missing or no netCDF.
+    """
+    path = Path(path)
+    if not path.is_file():  # a library would wait for the writer of a pipe
+        raise DataFileError(f"{path}: there is no such file")
+    require_unchanged(path)
+    if path.suffix != ".nc":
+        return _sealed(path)[1]
+    import netCDF4
+
+    _prepare_locking(path.parent)
+    with _naming(path), netCDF4.Dataset(path) as file:
+        return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
+
+
+@contextmanager
+def _naming(path: Path) -> Iterator[None]:
+    """Name the file in whatever a library raises that reads it."""
+    try:
+        yield
+    except Exception as error:
+        reason = message_of(error, OSError, RuntimeError, ValueError)
+        raise DataFileError(f"{path}: is not netCDF ({reason}); {REMEDY}") from error
+
+
+# Tables as CSV, and texts
 
 
 def write_table(table: pd.DataFrame, path: Path | str, decimal: str = ".", digits: int | None = None) -> None:
@@ -199,30 +360,6 @@ def write_table(table: pd.DataFrame, path: Path | str, decimal: str = ".", digit
             sep=";" if decimal == "," else ",",
             float_format=rounded,
         )
-
-
-def seal(path: Path | str, digest: str) -> None:
-    """Keep the checksum of a result that is no netCDF file, and its digest, in a hidden file beside it.
-
-    `read_table` refuses a sealed table once it is edited or cut.
-    """
-    write_text(f"{file_digest(Path(path))} {digest}", _seal_of(path))
-
-
-def _seal_of(path: Path | str) -> Path:
-    return Path(path).with_name(f".{Path(path).name}.sum")
-
-
-def _sealed(path: Path) -> tuple[str, str]:
-    """Return the checksum and the digest in the seal of a file, empty texts where it has none."""
-    seal = _seal_of(path)
-    checksum, _, digest = seal.read_text(encoding="utf-8").partition(" ") if seal.is_file() else ("", "", "")
-    return checksum, digest
-
-
-def file_digest(path: Path) -> str:
-    """Return a digest of the content of a file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
 
 
 # By the bytes that a file begins with; else UTF-8, and what western programs wrote before it
@@ -258,8 +395,8 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     import pandas as pd
 
     path = Path(path)
-    if path.is_file() and _sealed(path)[0] not in ("", file_digest(path)):
-        raise DataFileError(f"{path}: was changed after it was written; delete it and run `make study`")
+    if path.is_file():
+        require_unchanged(path)
     try:
         table = pd.read_csv(path, dtype=dict.fromkeys(TEXTS, str))
     except FileNotFoundError as error:
@@ -276,9 +413,7 @@ def read_table(path: Path | str, needs: Iterable[str] = ()) -> pd.DataFrame:
     return table
 
 
-# Datasets as netCDF 4, with provenance and a checksum
-
-REMEDY = "delete it and make it again, with `make study` or `knitstudy run`"
+# Datasets as netCDF 4, with provenance
 
 COORDINATES = {"strain": "increment"}
 """Variables that are coordinates along a dimension, such as the strain of every increment."""
@@ -293,7 +428,7 @@ FINITE = ("load", "strain", "displacement", "force", "reaction", "energy")
 def write_dataset(
     dataset: xr.Dataset, path: Path | str, scene: str | None = None, digest: str | None = None
 ) -> None:
-    """Write a dataset in SI units as netCDF 4 with provenance and a checksum of its content.
+    """Write a dataset in SI units as netCDF 4 with provenance, and a checksum behind its end.
 
     The name of the scene and the digest of all that the result depends on are recorded if they are given.
     Raises DataFileError when the file cannot be written.
@@ -301,7 +436,6 @@ def write_dataset(
     named = {} if scene is None else {"scene": scene}
     known = {} if digest is None else {"digest": digest}
     dataset = dataset.assign_attrs(provenance() | named | known)
-    dataset = dataset.assign_attrs(checksum=checksum(dataset))
     # Compression at its lowest level: fields shrink by a third or more, writing stays as fast.
     encoding = {
         name: {"zlib": True, "complevel": 1, "shuffle": True}
@@ -309,34 +443,22 @@ def write_dataset(
         if variable.dtype.kind in "fiu" and variable.size > 1000
     }
     with replacing(path) as temporary:
+        _prepare_locking(temporary.parent)
         try:
             with uninterrupted():
                 dataset.to_netcdf(temporary, format="NETCDF4", engine="netcdf4", encoding=encoding)
+            with temporary.open("ab") as file:
+                file.write(MARK + file_digest(temporary).encode())
         except (OSError, RuntimeError) as error:
             remedy = "make room on the disk, or name another folder"
-            raise DataFileError(f"{path}: cannot be written: {error}; {remedy}") from error
-
-
-def checksum(dataset: xr.Dataset) -> str:
-    """Return a checksum of names, dimensions, values and global attributes, the same before and after a file."""
-    digest = hashlib.sha256()
-    for name in sorted(map(str, dataset.variables)):
-        values = np.asarray(dataset.variables[name])
-        digest.update(f"{name} {dataset.variables[name].dims} {values.shape}".encode())
-        if values.dtype.kind not in "fiub":
-            digest.update(str(values.tolist()).encode())
-        else:
-            digest.update(np.ascontiguousarray(values).data if values.size else b"")
-    attributes = ((name, np.atleast_1d(value).tolist()) for name, value in dataset.attrs.items())
-    digest.update(str(sorted(attribute for attribute in attributes if attribute[0] != "checksum")).encode())
-    return digest.hexdigest()[:16]
+            raise UnwritableError(f"{path}: cannot be written: {error}; {remedy}") from error
 
 
 def read_dataset(path: Path | str) -> xr.Dataset:
     """Read a netCDF file into memory and close it.
 
-    Raises DataFileError when the file is missing, truncated or no netCDF, or was changed after it was written, and
-    HeldOpenError while another program writes to it.
+    Raises DataFileError when the file is missing, truncated or no netCDF, was changed after it was written, or is a
+    history with values that are no numbers, and HeldOpenError while another program writes to it.
     """
     import xarray as xr
 
@@ -345,14 +467,12 @@ def read_dataset(path: Path | str) -> xr.Dataset:
         raise DataFileError(f"{path}: is a folder; move it away, or name a file in it")
     if not path.is_file():
         raise DataFileError(f"{path}: there is no such file; make it with `knitstudy run` or `make study`")
-    try:
-        with uninterrupted():
-            dataset = xr.load_dataset(path, engine="netcdf4")
-    except (OSError, RuntimeError, ValueError, KeyError) as error:
-        _require_not_held(path)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({error}); {REMEDY}") from error
-    if dataset.attrs.get("checksum", "") not in ("", checksum(dataset)):
-        raise DataFileError(f"{path}: was changed after it was written; {REMEDY}")
+    require_unchanged(path)
+    _prepare_locking(path.parent)
+    with _naming(path), uninterrupted():
+        dataset = xr.load_dataset(path, engine="netcdf4")
+    if fault := _no_numbers(dataset):
+        raise DataFileError(f"{path}: {fault}; {REMEDY}")
     return with_coordinates(dataset)
 
 
@@ -385,35 +505,48 @@ def fault_of(dataset: xr.Dataset) -> str:
     """Return why a dataset cannot be used as a result: a history that is not complete; an empty text where it can."""
     if "incomplete" in dataset.attrs:
         return f"is incomplete ({dataset.attrs['incomplete']})"
-    if "load" not in dataset or "increment" not in dataset["load"].dims:
+    if not _is_history(dataset):
         return ""
-    for name in FINITE:
-        if name in dataset and not np.isfinite(dataset[name]).all():
-            return f"{name} holds a value that is no number"
+    if fault := _no_numbers(dataset):
+        return fault
     last = float(dataset["load"][-1])
     return "" if abs(last - dataset.attrs.get("full_load", 1.0)) < 1e-9 else f"ends at {last:.3g} of the load"
 
 
-def recorded_digest(path: Path | str, attribute: str = "digest") -> str:
-    """Return the digest, or another text, of a result; an empty text where it has none or is marked incomplete.
+def _is_history(dataset: xr.Dataset) -> bool:
+    return "load" in dataset and "increment" in dataset["load"].dims
 
-    Raises DataFileError when a dataset is truncated or no netCDF, and HeldOpenError while another program writes to it.
+
+def _no_numbers(dataset: xr.Dataset) -> str:
+    """Return which variable of a history holds values that are no numbers; an empty text where none does."""
+    for name in FINITE if _is_history(dataset) else ():
+        if name in dataset and not np.isfinite(dataset[name]).all():
+            return f"{name} holds a value that is no number"
+    return ""
+
+
+def _prepare_locking(folder: Path) -> None:
+    """Have HDF5 lock no files where a folder's file system has no locks, which it would call a refused permission.
+
+    HDF5 asks once, when the first file of a process is opened.
     """
-    if Path(path).suffix != ".nc":
-        return _sealed(Path(path))[1]
-    import netCDF4
-
     try:
-        with netCDF4.Dataset(path) as file:
-            return "" if hasattr(file, "incomplete") else str(getattr(file, attribute, ""))
-    except OSError as error:
-        _require_not_held(path)
-        raise DataFileError(f"{path}: is truncated or is not netCDF ({error})") from error
+        descriptor = os.open(folder, os.O_RDONLY)
+    except OSError:  # a folder whose files alone may be read
+        return
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except BlockingIOError:
+        pass
+    except OSError:
+        os.environ.setdefault("HDF5_USE_FILE_LOCKING", "FALSE")
+    finally:
+        os.close(descriptor)
 
 
 def _require_not_held(path: Path | str) -> None:
     """Raise HeldOpenError where another program writes to a netCDF file, which HDF5 locks meanwhile."""
-    with Path(path).open("rb") as file:
+    with Path(path).open("rb") as file, suppress(OSError):  # a file system without locks
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError as error:

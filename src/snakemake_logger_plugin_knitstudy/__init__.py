@@ -14,13 +14,17 @@ from typing import Any
 from snakemake_interface_logger_plugins.base import LogHandlerBase
 from snakemake_interface_logger_plugins.common import LogEvent
 
+from knitstudy.errors import printable_lines
+
 EXPECTED: dict[int, tuple[str, float]] = {}
 """Kind and expected seconds of every job that is to run, by its number: the workflow says them at its start."""
 
 SHORT = 5.0  # Expected seconds of other jobs
 
 FAILED_JOB = re.compile("^RuleException|job did not complete")  # The job itself has said why
-EXPLAINED = "error in "  # How the message of a job that failed begins, in its log and on the console
+LATE = re.compile(r"older modification time \(.*?\) than input (?P<input>.+?) \((?P<time>[^()]+)\)\.")
+EXPLAINED = ("error in ", "interrupted")
+"""How the message of a job that failed begins in its log, and that of one that was ended."""
 
 
 class LogHandler(LogHandlerBase):
@@ -53,14 +57,14 @@ class LogHandler(LogHandlerBase):
             case LogEvent.JOB_ERROR:
                 self.print(unexplained(record.rule_msg or record.rule_name, record.log))
             case LogEvent.ERROR if not FAILED_JOB.search(record.getMessage()):
-                self.print(f"error: {record.getMessage().strip()}")
+                self.print(f"error: {in_own_words(record.getMessage().strip())}")
             case None if record.getMessage().startswith("Nothing to be done"):
                 self.print(record.getMessage())
 
     def print(self, line: str) -> None:
         """Print a line on standard error, where messages of jobs appear as well."""
         if line:
-            print(line, file=sys.stderr, flush=True)
+            print(printable_lines(line), file=sys.stderr, flush=True)
 
 
 class Clock:
@@ -96,8 +100,16 @@ class Clock:
         return left / at_once
 
 
+def in_own_words(message: str) -> str:
+    """Return an error of Snakemake; that of a clock that is wrong with what to do."""
+    if not (late := LATE.search(message)):
+        return message
+    remedy = "set the clock, and type `touch` and its name; no number depends on times"
+    return f"{late['input']} was written in the future, on {late['time']}, by the clock of this computer: {remedy}"
+
+
 def unexplained(job: str, logs: list[str]) -> str:
-    """Return a message of a job that failed without one: it was killed."""
+    """Return a message of a job that failed without one, as where it was killed; else an empty text."""
     texts = [Path(log).read_text(encoding="utf-8", errors="replace") for log in logs if Path(log).is_file()]
     if any(line.startswith(EXPLAINED) for text in texts for line in text.splitlines()):
         return ""

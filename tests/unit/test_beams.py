@@ -196,6 +196,7 @@ def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
     """In the stage, which sees no key but those it reads."""
 
     def ends(model, prescribed, settings, solver, resume):
+        yield from ()
         raise ConvergenceError(f"increment 1 makes no headway. {settings.remedy}")
 
     monkeypatch.setattr(endless_beams, "trace", ends)

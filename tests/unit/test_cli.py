@@ -1,5 +1,8 @@
 """The command parses and prints, and ends with one message where something is wrong."""
 
+import contextlib
+import io
+import logging
 import os
 import re
 import sys
@@ -16,6 +19,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
 from knitstudy.files import write_dataset
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.run.commands.main import main
+from knitstudy.run.commands.run import log_on_console
 from knitstudy.run.configuration import own_scenes
 from knitstudy.run.simulations import Results
 
@@ -91,6 +95,55 @@ def test_check_folder(knitstudy, config):
     assert "small.yaml, scene 'rom3d-a': load.strain is -1 but must be a number from -0.2" in message(
         knitstudy("check", config)
     )
+
+
+def test_check_of_a_file_says_which_scene_it_checked(knitstudy, tmp_path):
+    path = tmp_path / "mine.yaml"
+    path.write_text(
+        "studies: []\nscenes:\n- name: mine\n"
+        "  keys: {knit: plain3x3, fidelity: rom3d, rom.contacts_from: dns-tie-course}\n"
+    )
+    ended = knitstudy("check", path)
+    assert ended.exit_code == 0, ended.stderr
+    first, second = ended.stdout.splitlines()
+    assert first == f"{path}: valid; scene mine"
+    assert second == f"knitstudy check mine --config {path} shows all keys of mine"
+
+
+def test_keys_that_nothing_reads_are_not_listed(knitstudy, monkeypatch):
+    """A modulus beside the stiffnesses of a yarn; where the yarn has none, it is read."""
+    monkeypatch.setattr("knitstudy.run.commands.scenes._checked_loop", lambda scene: "loop: as drawn")
+    soft, plain = ("fabric-acrylic-stockinette-course-free", "cell-course")
+    listed = {name: {row[0] for row in table(knitstudy("check", name))} for name in (soft, plain)}
+    assert "yarn.bending" in listed[soft]
+    assert "yarn.youngs_modulus" not in listed[soft]
+    assert "yarn.youngs_modulus" in listed[plain]
+
+
+ESCAPE = "\x1b[31mred\x07"
+
+
+def test_nothing_from_a_file_reaches_the_terminal_as_a_command_of_it(knitstudy, tmp_path, caplog):
+    """Escape sequences in names and keys of scenes, in columns of tables, and in messages of the log."""
+    quoted = ESCAPE.encode("unicode_escape").decode()
+    path = tmp_path / "mine.yaml"
+    for keys in (
+        f'"{quoted}": 1',
+        f'yarn.of: "{quoted}"',
+        f'pattern.stitches: ["{quoted}"]',
+        f'fidelity: "{quoted}"',
+    ):
+        path.write_text(f"studies: []\nscenes:\n- {{name: mine, keys: {{knit: mine, {keys}}}}}\n")
+        assert "red" in message(knitstudy("check", path))
+    Path("a.csv").write_text(f"{ESCAPE},b\n{ESCAPE},2\n")
+    shown = knitstudy("show", "a.csv")
+    assert shown.stdout.count("red") == 2
+    stream = io.StringIO()
+    with contextlib.redirect_stderr(stream), log_on_console(verbose=True):
+        logging.getLogger("knitstudy.run.store").warning("%s\nsecond line é", ESCAPE)
+    assert stream.getvalue() == "\\x1b[31mred\\x07\nsecond line é\n"
+    for text in (shown.output, stream.getvalue()):
+        assert "\x1b" not in text
 
 
 def test_check_scene(knitstudy, config, monkeypatch):
@@ -302,7 +355,7 @@ def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
     assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
     (tmp_path / "a.nc").write_bytes(b"CDF\x01")
-    assert "a.nc: is truncated or is not netCDF" in message(knitstudy("show", "a.nc"))
+    assert "a.nc: does not end with a checksum: it was cut" in message(knitstudy("show", "a.nc"))
     (tmp_path / "a.txt").touch()
     assert "a.txt: results are .nc and .csv files" in message(knitstudy("show", "a.txt"))
 

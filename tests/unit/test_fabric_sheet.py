@@ -1,5 +1,6 @@
 """The sheet of a fabric: numbers that say how sure they are, a page, curves to paste, and cycles with their loss."""
 
+import errno
 import os
 import re
 from concurrent.futures import ProcessPoolExecutor
@@ -14,7 +15,7 @@ from click.testing import CliRunner
 from refusals import refusal
 
 from knitstudy import fabric_sheet, load_scene
-from knitstudy.errors import ConvergenceError, KnitstudyError
+from knitstudy.errors import ConvergenceError, KnitstudyError, UnwritableError
 from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.scene.scene import Scene
@@ -215,6 +216,28 @@ def test_a_sheet_leaves_no_deck_of_an_earlier_one_and_names_both_yarns(made, tmp
     assert {file.name for file in tmp_path.iterdir()} == {page.name, *(file.name for file in files)}
     assert "yarn 0.25 and 0.2 mm thick" in page.read_text()
     assert not [file for file in files if file.suffix == ".inp"]
+
+
+def test_a_sheet_is_written_whole_or_not_at_all_and_says_what_it_replaces(
+    made, tmp_path, monkeypatch, caplog
+):
+    """A disk that is full before the page leaves the whole of the earlier sheet, and no part of another one."""
+    made[0].write(tmp_path)
+    made[0].write(tmp_path)
+    assert "is replaced" not in caplog.text
+    before = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
+    other = replace(made[0], numbers=made[0].numbers.assign(value="1"))
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with monkeypatch.context() as disk:
+        disk.setattr(sheets, "write_text", full)
+        with refusal(rf"{tmp_path}: cannot be written .No space left on device.: make room", UnwritableError):
+            other.write(tmp_path)
+    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before
+    other.write(tmp_path)
+    assert f"{tmp_path}: a sheet with other numbers is replaced" in caplog.text
 
 
 def test_a_cell_between_plates_is_drawn_by_its_pressure(made):

@@ -1,11 +1,15 @@
 """Files are written whole or not at all, and errors of bad ones name a remedy."""
 
 import errno
+import fcntl
 import os
 import signal
 import subprocess
 import sys
-from contextlib import contextmanager
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context
+from pathlib import Path
 
 import netCDF4
 import numpy as np
@@ -14,17 +18,22 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
+from knitstudy.errors import UnwritableError
 from knitstudy.files import (
+    ABANDONED,
     VERSIONS,
     commit_of,
+    open_regular,
     read_dataset,
     read_result,
     read_table,
     recorded_digest,
     replacing,
+    replacing_together,
     seal,
     write_dataset,
     write_table,
+    write_text,
 )
 from knitstudy.run.configuration import load_scene
 
@@ -66,16 +75,38 @@ def held_by_another_program(opened, path):
             other.kill()
 
 
-def test_files_that_others_write_are_left_alone(tmp_path):
-    """Processes in two containers may have one number: the lock of the temporary file tells, and nothing else."""
-    live, dead = tmp_path / ".a.1.partial.csv", tmp_path / ".a.2.partial.csv"
-    dead.write_text("half")
+def test_what_killed_processes_left_is_deleted_and_what_others_write_is_not(tmp_path):
+    """A temporary file that nobody has changed for long is abandoned, by the clock of the file system alone."""
+    live, dead, link = (tmp_path / f".a.{number}.partial.csv" for number in (1, 2, 3))
+    outside = tmp_path / "outside"
+    outside.mkdir()
     live.write_text("half")
-    (tmp_path / ".a.3.partial.csv.lock").touch()  # killed after its file had got its name
-    with held_by_another_program("open(path, 'wb'); fcntl.flock(f, fcntl.LOCK_EX)", f"{live}.lock"):
-        with replacing(tmp_path / "a.csv") as temporary:
-            temporary.write_text("new")
-        assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, f"{live.name}.lock", "a.csv"]
+    dead.write_text("half")
+    link.symlink_to(outside)
+    long_ago = live.stat().st_mtime - 1.1 * ABANDONED
+    for left in (dead, link):
+        os.utime(left, (long_ago, long_ago), follow_symlinks=False)
+    with replacing(tmp_path / "a.csv") as temporary:
+        temporary.write_text("new")
+    assert sorted(path.name for path in tmp_path.iterdir()) == [live.name, "a.csv", "outside"]
+
+
+def write_often(path, times):
+    """Write a file many times; return the errors."""
+    errors = []
+    for number in range(times):
+        try:
+            write_text(f"{number}", path)
+        except Exception as error:
+            errors.append(repr(error))
+    return errors
+
+
+def test_processes_that_write_one_file_at_once_never_fail(tmp_path):
+    with ProcessPoolExecutor(8, get_context("fork")) as pool:
+        errors = [*pool.map(write_often, [tmp_path / "a.txt"] * 8, [60] * 8)]
+    assert errors == [[]] * 8
+    assert os.listdir(tmp_path) == ["a.txt"]
 
 
 def test_threads_that_write_one_file_leave_each_other_alone(tmp_path):
@@ -91,18 +122,133 @@ def test_a_result_that_another_program_writes_to_is_not_called_broken(tmp_path, 
         for read in (read_dataset, recorded_digest):
             with refusal(r"a\.nc: another program.* holds the file open"):
                 read(tmp_path / "a.nc")
-    assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
+    with refusal(r"a\.nc: (was changed|does not end with)"):
+        read_dataset(tmp_path / "a.nc")
+
+
+def test_a_result_that_another_program_reads_is_read(tmp_path, dataset):
+    write_dataset(dataset, tmp_path / "a.nc")
+    with held_by_another_program("netCDF4.Dataset(path)", tmp_path / "a.nc"):
+        assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
 
 
 def test_a_sealed_table_that_was_edited_is_refused(tmp_path):
     table = pd.DataFrame({"force [N]": [1.0, 2.0]})
     write_table(table, tmp_path / "a.csv")
     seal(tmp_path / "a.csv", "digest")
-    assert recorded_digest(tmp_path / "a.csv") == "digest"
     pd.testing.assert_frame_equal(read_table(tmp_path / "a.csv"), table)
     (tmp_path / "a.csv").write_text("force [N]\n1.0\n")
     with refusal(r"a\.csv: was changed after it was written; delete it"):
         read_table(tmp_path / "a.csv")
+
+
+def edited(path):
+    path.write_bytes(path.read_bytes() + b"x")
+
+
+def unit_edited(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["force"].units = "kN"
+
+
+def value_edited(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file["force"][-1] = 3.0
+
+
+def attribute_added(path):
+    with netCDF4.Dataset(path, "a") as file:
+        file.title = "opened and written"
+
+
+def seal_of_another(path):
+    write_text("a" * 16 + " digest", path.with_name(f".{path.name}.sum"))
+
+
+@pytest.mark.parametrize(
+    ("name", "harm"),
+    [
+        *(
+            (name, harm)
+            for name in ("a.png", "a.csv", "a.html", "a.pvd")
+            for harm in (edited, seal_of_another)
+        ),
+        *(("a.nc", harm) for harm in (unit_edited, value_edited, attribute_added)),
+    ],
+)
+def test_results_of_all_kinds_are_sound_until_somebody_edits_them(tmp_path, dataset, name, harm):
+    path = tmp_path / name
+    if path.suffix == ".nc":
+        write_dataset(dataset, path, digest="digest")
+    else:
+        write_text("a,b\n1,2\n", path)
+        seal(path, "digest")
+    assert recorded_digest(path) == "digest"
+    harm(path)
+    with refusal(rf"{name}: (was changed after it was written|does not end with a checksum).*; delete it"):
+        recorded_digest(path)
+
+
+@pytest.mark.parametrize("name", ["a.nc", "a.csv"])
+def test_a_result_that_may_not_be_read_is_named(tmp_path, monkeypatch, name):
+    (tmp_path / name).write_text("a")
+
+    def denied(*_, **__):
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES))
+
+    monkeypatch.setattr(Path, "open", denied)
+    with refusal(rf"{name}: cannot be read \(Permission denied\)"):
+        recorded_digest(tmp_path / name)
+
+
+def test_a_result_without_its_seal_counts_as_missing(tmp_path):
+    write_text("a", tmp_path / "a.png")
+    seal(tmp_path / "a.png", "digest")
+    (tmp_path / ".a.png.sum").unlink()
+    assert recorded_digest(tmp_path / "a.png") == ""
+
+
+def test_files_of_one_answer_are_replaced_together(tmp_path):
+    """An error after the first of them changes nothing; files of somebody else stay."""
+    for name in ("table.csv", "stale.inp", "mine.txt"):
+        (tmp_path / name).write_text("old")
+    with suppress(ZeroDivisionError), replacing_together(tmp_path, stale=["stale.inp"]) as beside:
+        write_text("new", beside / "table.csv")
+        raise ZeroDivisionError
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == dict.fromkeys(
+        ("table.csv", "stale.inp", "mine.txt"), "old"
+    )
+    with replacing_together(tmp_path, stale=["stale.inp"]) as beside:
+        write_text("new", beside / "table.csv")
+        write_text("new", beside / "grids" / "0.vtu")
+    files = {
+        str(path.relative_to(tmp_path)): path.read_text() for path in tmp_path.rglob("*") if path.is_file()
+    }
+    assert files == {"table.csv": "new", "mine.txt": "old", "grids/0.vtu": "new"}
+
+
+@pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
+def test_a_file_of_a_fixed_name_is_regular_or_refused(tmp_path, kind):
+    """Somebody else's folder has something in the place of a lock or a log: nothing elsewhere is made or waited for."""
+    path = tmp_path / "study.lock"
+    match kind:
+        case "link":
+            path.symlink_to(tmp_path / "elsewhere")
+        case "pipe":
+            os.mkfifo(path)
+        case "folder":
+            path.mkdir()
+    with refusal("study.lock: is no regular file, and is not written to"):
+        open_regular(path)
+    assert os.listdir(tmp_path) == ["study.lock"]
+
+
+def test_a_file_of_a_fixed_name_keeps_its_text(tmp_path):
+    (tmp_path / "study.lock").write_text("12")
+    with open_regular(tmp_path / "study.lock") as file:
+        assert file.read() == "12"
+    with open_regular(tmp_path / "new.lock") as file:
+        assert file.read() == ""
 
 
 @pytest.mark.parametrize("fails", ["fsync", "replace"])
@@ -127,6 +273,35 @@ def test_a_full_disk_leaves_the_old_file_and_nothing_else(tmp_path, monkeypatch,
     assert os.listdir(tmp_path) == ["a.csv"]
 
 
+@pytest.mark.parametrize("write", [write_text, lambda text, path: write_together(path.parent / "sheet")])
+def test_a_folder_that_can_only_be_read_is_named_with_its_remedy(tmp_path, monkeypatch, write):
+    def only_read(*arguments, **known):
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS))
+
+    monkeypatch.setattr(os, "mkdir", only_read)
+    with refusal(r"cannot be written \(Read-only file system\): name another folder", UnwritableError):
+        write("text", tmp_path / "new" / "a.txt")
+
+
+def write_together(folder):
+    with replacing_together(folder) as beside:
+        write_text("text", beside / "a.txt")
+
+
+@pytest.mark.parametrize("no_locks", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_a_file_system_without_locks_is_written_to_and_read_from(tmp_path, monkeypatch, dataset, no_locks):
+    def none(*_):
+        raise OSError(no_locks, os.strerror(no_locks))
+
+    monkeypatch.setattr(fcntl, "flock", none)
+    monkeypatch.setenv("HDF5_USE_FILE_LOCKING", "TRUE")  # so that what is said here is undone
+    monkeypatch.delenv("HDF5_USE_FILE_LOCKING")
+    write_dataset(dataset, tmp_path / "a.nc", digest="digest")
+    assert os.environ["HDF5_USE_FILE_LOCKING"] == "FALSE"
+    assert recorded_digest(tmp_path / "a.nc") == "digest"
+    assert read_dataset(tmp_path / "a.nc").sizes == dataset.sizes
+
+
 def test_dataset_round_trip_with_provenance(tmp_path, config, dataset):
     scene = load_scene("dns-a", config)
     write_dataset(dataset, tmp_path / "a.nc", scene.name, digest="beef")
@@ -145,7 +320,7 @@ def test_truncated_dataset(tmp_path, dataset, share):
     path = tmp_path / "a.nc"
     write_dataset(dataset, path)
     os.truncate(path, int(share * path.stat().st_size))
-    with refusal(r"a\.nc: is truncated or is not netCDF .* delete it"):
+    with refusal(r"a\.nc: does not end with a checksum: it was cut, .* delete it"):
         read_dataset(path)
 
 
@@ -194,7 +369,7 @@ def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
     assert read_result(path).force[-1] == 2
     with netCDF4.Dataset(path, "a") as file:
         file["force"][-1] = 3.0
-    with refusal(r"a\.nc: was changed after it was written; delete it and make"):
+    with refusal(r"a\.nc: does not end with a checksum.*; delete it and make"):
         read_dataset(path)
 
 

@@ -111,7 +111,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anything_is_computed(
     def denied(path, *arguments, **known):
         raise PermissionError(errno.EACCES, "Permission denied")
 
-    monkeypatch.setattr("knitstudy.files._locked", denied)
+    monkeypatch.setattr("pathlib.Path.touch", denied)
     with refusal("nc: cannot be written .Permission denied.: name another folder"):
         simulate(cell, tmp_path / "of-others")
     assert not (tmp_path / "made.txt").exists()

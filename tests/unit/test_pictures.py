@@ -5,6 +5,7 @@ import json
 import re
 import zlib
 
+import matplotlib
 import meshio
 import numpy as np
 import pytest
@@ -23,8 +24,22 @@ from knitstudy.mechanics.materials import material_of
 from knitstudy.use import deformed
 from knitstudy.use.plot import draw, plot
 from knitstudy.use.solids import AROUND
-from knitstudy.use.style import figure
+from knitstudy.use.style import figure, save
 from knitstudy.use.vtu import solids, spline_grid, write_series
+
+
+def test_settings_of_a_working_folder_change_no_figure(tmp_path):
+    """A `matplotlibrc` there may name TeX, a program that runs commands: pictures are the same beside it."""
+    forms = ["external", "internal", "hourglass", "penalty", "friction", "stabilisation"]
+    energy = xr.DataArray(np.zeros((3, 6)), dims=("increment", "form"), coords={"form": forms})
+    history, paths = (
+        synthetic.history(scene="a").assign(energy=energy),
+        (tmp_path / "a.png", tmp_path / "b.png"),
+    )
+    save(draw(history), [paths[0]], {}, "title")
+    with matplotlib.rc_context({"text.usetex": True, "lines.linewidth": 20.0, "axes.facecolor": "red"}):
+        save(draw(history), [paths[1]], {}, "title")
+    assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_histories_are_drawn_beside_each_other():

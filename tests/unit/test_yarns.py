@@ -244,6 +244,26 @@ def test_strands_that_give_no_diameter_are_refused(tmp_path, change, message):
         read_yarn(str(path))
 
 
+def test_a_diameter_takes_the_place_of_a_packing(tmp_path, knit):
+    """In the file, or in the scene; a packing counts where both are there."""
+    path = tmp_path / "own.yaml"
+    strands = "strands: [{fibre: cotton, tex: 20.0, fibre_tex: 0.165}]\n"
+    diameter = f"{{value: 0.2e-3, unit: m, {MEASURED}}}"
+    path.write_text(f"{strands}values: {{diameter: {diameter}}}\n")
+    values = read_yarn(str(path)).values
+    assert values["diameter"].value == 0.2e-3
+    path.write_text(f"{strands}values: {{}}\n")
+    said = knit.vary({"yarn.of": str(path), "yarn.diameter": 0.2e-3})
+    assert said.yarn.diameter == 0.2e-3
+    assert said.yarn.bending == values["bending"].value
+    with refusal("packing is missing .*: say it, or the diameter"):
+        knit.vary({"yarn.of": str(path)})
+    path.write_text(f"{strands}values: {{packing: {PACKING}, diameter: {diameter}}}\n")
+    packed = read_yarn(str(path)).values
+    assert packed["diameter"].value == 0.2e-3
+    assert packed["pressing"].value < values["pressing"].value  # of the 0.17 mm that the packing gives
+
+
 def test_a_scene_knows_the_tex_of_its_last_yarn(knit):
     cotton = knit.vary({"yarn.of": "cotton-20tex"})
     assert np.isnan(knit.tex)

@@ -21,7 +21,7 @@ SMALL = ("--set", "pattern.loops=1", "--set", "pattern.rows=1")
 def start(tmp_path, coarse_pictures):
     """Function that starts the command in an empty folder."""
     return lambda *arguments: subprocess.Popen(
-        [sys.executable, "-m", "knitstudy", *arguments],
+        [sys.executable, "-P", "-m", "knitstudy", *arguments],  # as the installed command
         cwd=tmp_path,
         env=os.environ | {"PYTHONPATH": str(SOURCE)} | coarse_pictures,
         stdout=subprocess.PIPE,
@@ -97,6 +97,8 @@ def test_ended_runs_go_on_to_the_same_numbers(start, knitstudy, tmp_path):
     assert line.startswith(message)
     assert end_on_the_way(start(*BEAMS), restart, signal.SIGKILL)[0] == -signal.SIGKILL
     assert not list((tmp_path / "runs" / "simulation").glob("*.nc"))
+    for left in tmp_path.rglob("*.partial*"):  # where it was killed while it wrote
+        os.utime(left, (0, 0))
     ended = knitstudy(*BEAMS)
     assert ended.returncode == 0, ended.stderr
     assert "going on from increment" in ended.stderr
@@ -150,6 +152,70 @@ def test_a_cell_writes_its_outputs_and_pictures(knitstudy, tmp_path):
         1,
         "error: cell.gif: must end with .png, .pdf, .webp, .html or .stl\n",
     )
+
+
+EVIL = "open({path!r}, 'a').write(__name__)\n"
+
+
+def test_no_code_of_the_working_folder_runs(knitstudy, tmp_path):
+    """Profiles, modules called as those of Python, and modules where Snakemake puts its scripts."""
+    ran = EVIL.format(path=str(tmp_path / "RAN"))
+    (tmp_path / "profiles" / "default").mkdir(parents=True)
+    (tmp_path / "profiles" / "default" / "config.yaml").write_text("configfiles: [evil.yaml]\n")
+    (tmp_path / "evil.yaml").write_text("plugins: [evil]\n")
+    (tmp_path / ".snakemake" / "scripts").mkdir(parents=True)
+    for name in ("evil", "json", "signal", "pickle", "numpy", "pyvista", "sitecustomize"):
+        for folder in (tmp_path, tmp_path / ".snakemake" / "scripts"):
+            (folder / f"{name}.py").write_text(ran)
+    ended = knitstudy("study", "ci", "--", "results/geometry/pair90.nc")
+    assert ended.returncode == 0, ended.stderr
+    drawn = knitstudy("loop", "cell-course", "-o", "loop.png")
+    assert drawn.returncode == 0, drawn.stderr
+    assert (tmp_path / "loop.png").stat().st_size > 10_000
+    assert not (tmp_path / "RAN").exists(), (tmp_path / "RAN").read_text()
+
+
+def test_a_profile_that_somebody_names_is_read(knitstudy, tmp_path):
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "config.yaml").write_text("dry-run: true\n")
+    ended = knitstudy("study", "ci", "--", "results/geometry/pair90.nc", "--profile", "mine")
+    assert ended.returncode == 0, ended.stderr
+    assert "     1  geometry" in ended.stderr
+    assert not (tmp_path / "results" / "geometry").exists()
+
+
+def test_a_study_that_is_ended_says_so_and_ends_its_jobs(start, tmp_path):
+    """A job may take hours; what it has done is kept."""
+    restart = tmp_path / "results" / "restart"
+    study = ("study", "ci", "--", "results/simulation/pair-slid-coarse.nc")
+    status, messages = end_on_the_way(start(*study), restart, signal.SIGTERM)
+    assert status == 130, messages
+    assert "ending the jobs that run; what they have done is kept\n" in messages
+    errors = [line for line in messages.splitlines() if line.startswith("error")]
+    assert len(errors) == 1, errors
+    assert errors[0].startswith("error: stopped; finished files are in results")
+    assert list(restart.glob("*.npz"))
+    assert not (tmp_path / "results" / "simulation" / "pair-slid-coarse.nc").exists()
+
+
+def test_a_link_in_the_place_of_the_lock_is_refused(knitstudy, tmp_path):
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run" / "study.lock").symlink_to(tmp_path / "elsewhere")
+    ended = knitstudy("study", "ci", "--", "results/geometry/pair90.nc")
+    assert ended.returncode == 1
+    assert ended.stderr == "error: run/study.lock: is no regular file, and is not written to; delete it\n"
+    assert not (tmp_path / "elsewhere").exists()
+
+
+def test_a_file_from_the_future_is_named(knitstudy, tmp_path):
+    assert knitstudy("study", "ci", "--", "results/geometry/pair90.nc").returncode == 0
+    later = time.time() + 1e7
+    os.utime(tmp_path / "results" / "geometry" / "pair90.nc", (later, later))
+    ended = knitstudy("study", "ci", "--", "results/mesh/pair-slid-coarse.nc")
+    assert ended.returncode == 1
+    (line,) = [line for line in ended.stderr.splitlines() if line.startswith("error")]
+    assert line.startswith("error: results/geometry/pair90.nc was written in the future, on ")
+    assert "set the clock, and type `touch` and its name" in line
 
 
 def test_a_dry_run_lists_the_jobs_and_runs_none(knitstudy, tmp_path):

@@ -3,6 +3,7 @@
 import re
 import shutil
 
+import netCDF4
 import pytest
 from conftest import Checkout
 
@@ -99,6 +100,25 @@ def test_copies_run_nothing_whatever_their_times_and_else_as_the_study_does(chec
     simulated = {job for job in data(jobs) if job.startswith("Simulate")} - {"Simulate pair-slid-coarse"}
     assert simulated == {"Simulate beam-isotropic-course-coarse"}
     assert all(re.search(r"beam-|pair-slid|^Mesh", job) for job in data(jobs)), jobs
+
+
+def test_results_that_somebody_has_edited_are_made_again_aloud(finished_copy):
+    """Tables, pictures and histories, and a history whose digest is right; a study beside them runs nothing else."""
+    results = finished_copy.folder / "results"
+    table, picture = results / "tables" / "interactions.csv", results / "figures" / "fig01_unit_cell.png"
+    history = results / "simulation" / "pair-slid-coarse.nc"
+    targets = [str(path.relative_to(finished_copy.folder)) for path in (table, picture, history)]
+    before = {path: path.read_bytes() for path in (table, picture)}
+    for path in before:
+        path.write_bytes(path.read_bytes() + b" ")
+    with netCDF4.Dataset(history, "a") as file:
+        file["force"].units = "kN"
+    ended = finished_copy.study("ci", "--", *targets)
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stderr.count("; it is made again") == 3
+    assert {path: path.read_bytes() for path in before} == before
+    with netCDF4.Dataset(history) as file:
+        assert file["force"].units == "N"
 
 
 def without_records(folder, names):

@@ -3,10 +3,14 @@
 # Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
 import os
 import shlex
+import signal
 import sys
 import threading
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
+
+import psutil
 
 # Snakemake puts the interpreter into a shell command as it is: a checkout whose path has a space needs the quotes.
 sys.executable = shlex.quote(sys.executable.strip("'"))
@@ -15,8 +19,10 @@ SOURCE = Path(workflow.current_basedir) / "../../src"
 if SOURCE.is_dir():
     sys.path.insert(0, str(SOURCE.resolve()))
     os.environ.update(PYTHONPATH=os.pathsep.join(filter(None, (sys.path[0], os.getenv("PYTHONPATH")))))
+# Jobs import no modules of the working folder, nor of the folder in it where Snakemake puts their scripts.
+os.environ.update(PYTHONSAFEPATH="1")
 
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import KnitstudyError, printable_lines
 from knitstudy.registry import load_plugins, wings
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan
@@ -36,7 +42,7 @@ RESULTS = "results"
 
 def stop(error):
     """End before anything runs, with one message and status 1."""
-    print(f"error: {error}", file=sys.stderr)
+    print(printable_lines(f"error: {error}"), file=sys.stderr)
     sys.exit(1)
 
 
@@ -55,7 +61,7 @@ except KnitstudyError as error:
 
 if workflow.is_main_process:
     for name, why in ENDED.items():
-        print(f"left out: {name}, since {why}", file=sys.stderr)
+        print(printable_lines(f"left out: {name}, since {why}"), file=sys.stderr)
 
 
 # Lists of all names would be patterns that take a tenth of the time of planning.
@@ -188,6 +194,19 @@ def expect_jobs():
         stage = STAGES.get(job.params.get("stage"))
         seconds = step_of(stage.name, job.wildcards).cost.seconds if stage else SHORT
         EXPECTED[workflow.dag.jobid(job)] = job.rule.name, seconds
+
+
+def end_jobs_at_term():
+    """Have a TERM end the study as Ctrl-C does: Snakemake would wait in silence for jobs that may take hours."""
+
+    def end(*_):
+        print("ending the jobs that run; what they have done is kept", file=sys.stderr, flush=True)
+        for process in psutil.Process().children(recursive=True):
+            with suppress(psutil.Error):
+                process.send_signal(signal.SIGINT)
+        signal.raise_signal(signal.SIGINT)
+
+    signal.signal(signal.SIGTERM, end)
 
 
 def cancel_timers():

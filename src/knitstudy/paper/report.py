@@ -19,7 +19,7 @@ from jinja2.sandbox import ImmutableSandboxedEnvironment
 from PIL import Image, UnidentifiedImageError
 
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table
+from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table, require_unchanged
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.verdicts import counted
@@ -271,7 +271,8 @@ class ScreenPicture:
 
     @classmethod
     def of(cls, path: Path) -> ScreenPicture:
-        """Return the picture of a file; DataFileError when it cannot be read."""
+        """Return the picture of a file; DataFileError when it cannot be read, or was changed after it was written."""
+        require_unchanged(path)
         try:
             with Image.open(path) as image:
                 shown, texts = image.convert("RGB"), dict(image.info)

@@ -14,8 +14,8 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
-from knitstudy.errors import KnitstudyError
-from knitstudy.files import provenance
+from knitstudy.errors import KnitstudyError, printable_lines
+from knitstudy.files import open_regular, provenance
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 
@@ -35,7 +35,8 @@ def frame(job: Any) -> Iterator[Progress]:
     path = Path(job.log[0])
     path.parent.mkdir(parents=True, exist_ok=True)
     started = time.monotonic()
-    with path.open("w", encoding="utf-8") as log, _redirected_to(log) as console:
+    with open_regular(path) as log, _redirected_to(log) as console:
+        log.truncate(0)
         versions = ", ".join(f"{name} {version}" for name, version in provenance().items())
         print(f"{label}, {time.strftime('%Y-%m-%d %H:%M:%S')}, {job.threads} threads", file=sys.stderr)
         print(f"Python {sys.version.split()[0]}, {versions}", file=sys.stderr)
@@ -48,7 +49,8 @@ def frame(job: Any) -> Iterator[Progress]:
             traceback.print_exc()
             kind = "" if isinstance(error, KnitstudyError) else f"{type(error).__name__}: "
             for stream in (sys.stderr, console):
-                print(f"error in {label}: {kind}{error}\n  traceback in {path}", file=stream)
+                message = f"error in {label}: {kind}{error}\n  traceback in {path}"
+                print(printable_lines(message), file=stream)
             sys.exit(1)
         peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
         seconds = time.monotonic() - started

@@ -126,9 +126,9 @@ class Plan:
     ) -> None:
         self.scenes, self.configured = scenes, scenes if configured is None else configured
         self.knits = knits_of(self.configured) if knits is None else knits
-        self._steps: dict[
-            tuple[str, int], Step
-        ] = {}  # by stage and identity of the scene, which a step holds
+        # By stage and identity of the scene, which is kept so that no other one has its identity
+        self._steps: dict[tuple[str, int], tuple[Scene, Step]] = {}
+        self._shared: dict[str, Step] = {}  # of stages that scenes share, by digest
 
     @classmethod
     def of(cls, config: Path = CONFIG) -> Plan:
@@ -148,9 +148,8 @@ class Plan:
 
         A scene that names another one that does not exist or does not fit raises a ConfigurationError.
         """
-        known = self._steps.get((stage, id(scene)))
-        if known is not None:
-            return known
+        if (stage, id(scene)) in self._steps:
+            return self._steps[stage, id(scene)][1]
         needs = {}
         for name, need in STAGES[stage].needs.items():
             if not need.key and STAGES[need.stage].of(scene) and need.where(scene):
@@ -159,7 +158,10 @@ class Plan:
                 needs[name] = self.step(need.stage, self.named(scene, need.key))
         named = filter(None, map(scene.value, scene.kind.fidelity.sources))
         sources = {name: self.scenes[name] for name in named if name in self.scenes}
-        made = self._steps[stage, id(scene)] = Step(STAGES[stage], scene, needs, sources)
+        made = Step(STAGES[stage], scene, needs, sources)
+        if made.stage.shared:
+            made = self._shared.setdefault(made.digest, made)
+        self._steps[stage, id(scene)] = scene, made
         return made
 
     def steps_of(self, scene: Scene) -> dict[str, Step]:

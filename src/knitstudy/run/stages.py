@@ -64,6 +64,7 @@ class Stage:
     asked_by: frozenset[str] = frozenset()  # outputs of the scene without which no study asks for it
     reports: bool = False  # whether its function takes a run, for its progress
     restarts: bool = False  # whether the run has a restart file as well
+    shared: bool = False  # whether scenes that it reads the same of have one file, that of the first one
     queued: bool = False  # whether a cluster's queue runs it; others take seconds
     cost: Callable[[Scene], Cost] = lambda scene: Cost()  # expected
 
@@ -155,6 +156,7 @@ _STAGES = (
         of=lambda scene: scene.value("load.start") not in (None, "drawn"),
         needs=GEOMETRY,
         intermediate=True,
+        shared=True,
         reports=True,
         queued=True,
         cost=lambda scene: Cost(seconds=60.0),

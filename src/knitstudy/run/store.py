@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
 from knitstudy.files import (
+    REMEDY,
     fault_of,
     provenance,
     read_dataset,
@@ -71,6 +72,8 @@ class Store:
         if step.digest in self.made:
             return self.made[step.digest]
         result = None if anew or not step.stage.is_dataset else self.found(step)
+        if result is None and not anew:
+            result = self._shared(step)
         if result is None:
             step.require_machine()  # before anything is made for it
             result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, anew)
@@ -87,9 +90,28 @@ class Store:
             log.info(f"{step}: %s is not up to date", path)
         return None
 
+    def _shared(self, step: Step) -> xr.Dataset | None:
+        """Return the dataset of another scene that is this one's as well, such as a shape at rest, under its name."""
+        folders = self._folders() if step.stage.shared else []
+        for other in (
+            file for folder in folders for file in sorted((folder / step.path).parent.glob("[!.]*.nc"))
+        ):
+            with suppress(DataFileError, HeldOpenError, OSError):  # nobody has asked for this file
+                if recorded_digest(other) == step.digest:
+                    result = described(read_result(other), step)
+                    if (path := self._path(step)) is not None:
+                        write_dataset(result, path, step.scene.name, step.digest)
+                    log.info(f"{step}: taken from %s", other)
+                    return result
+        return None
+
     def holds(self, step: Step) -> bool:
-        """Return whether the result of a step is kept and up to date, without reading it."""
-        return any(digest_or_warning(path) == step.digest for path in self._paths(step))
+        """Return whether the result of a step is kept, unchanged and up to date; `found` warns where it is not."""
+        for path in self._paths(step):
+            with suppress(DataFileError):
+                if recorded_digest(path) == step.digest:
+                    return True
+        return False
 
     def scale(self, step: Step) -> None:
         """Write the history of a step where that of a scene is kept whose stiffnesses differ by one factor.
@@ -172,8 +194,10 @@ class Store:
         return {name: reason for name, reason in reasons.items() if reason}
 
     def _paths(self, step: Step) -> list[Path]:
-        folders = [folder for folder in (self.folder, *self.also) if folder is not None]
-        return [path for folder in folders if (path := folder / step.path).is_file()]
+        return [path for folder in self._folders() if (path := folder / step.path).is_file()]
+
+    def _folders(self) -> list[Path]:
+        return [folder for folder in (self.folder, *self.also) if folder is not None]
 
     def _path(self, step: Step) -> Path | None:
         return None if self.folder is None else self.folder / step.path
@@ -214,21 +238,26 @@ def _made(step: Step, given: Mapping[str, Any]) -> xr.Dataset:
 
 
 def digest_or_warning(path: Path) -> str:
-    """Return the digest that a result was written with; an empty text, and a warning, where the file cannot be used."""
+    """Return the digest of a result that is whole and unchanged; an empty text, and a warning, of any other."""
     try:
         return recorded_digest(path)
     except DataFileError as error:
-        log.warning("%s; it will be made again", error)
+        _warn_of_unsound(error)
         return ""
 
 
 def _kept(path: Path, digest: str) -> xr.Dataset | None:
     """Return the dataset of a file with a digest; None where it has another one, or is damaged, which is a warning."""
     try:
-        return read_result(path) if digest_or_warning(path) == digest else None
+        return read_result(path) if recorded_digest(path) == digest else None
     except DataFileError as error:
-        log.warning("%s", error)
+        _warn_of_unsound(error)
         return None
+
+
+def _warn_of_unsound(error: DataFileError) -> None:
+    """Warn of a result that nobody uses; the remedy of its message is not needed."""
+    log.warning("%s; it is made again", str(error).removesuffix(f"; {REMEDY}"))
 
 
 STIFFNESSES = "contact_coefficient contact_stiffness stick_stiffness indentation_modulus tie_least_stiffness"
@@ -302,7 +331,7 @@ def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[Keys, dict[str, Keys
     made = f"made by knitstudy {dataset.attrs.get('code_version', '?')}"
     try:
         keys, sources = (json.loads(dataset.attrs[name]) for name in (KEYS, SOURCES))
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, RecursionError) as error:
         fact = f"has no keys of its scene (attributes {KEYS}, {SOURCES}), {made}"
         raise DataFileError(f"{path}: {fact}; make it again from its scene, with this version") from error
     if not (isinstance(sources, dict) and all(isinstance(each, dict) for each in (keys, *sources.values()))):

@@ -32,9 +32,10 @@ from knitstudy.errors import (
     ConvergenceError,
     DataFileError,
     KnitstudyError,
+    UnwritableError,
     message_of,
 )
-from knitstudy.files import STRAINS, code_version, write_table, write_text
+from knitstudy.files import STRAINS, code_version, file_digest, replacing_together, write_table, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.loading.solve import UNSTABLE
 from knitstudy.knit.models.beam import CellOfBeams
@@ -132,12 +133,24 @@ class Sheet:
         return self.numbers.to_html(index=False)
 
     def write(self, folder: Path | str) -> list[Path]:
-        """Write page, tables and decks into a folder, and return their paths; a law that cannot be fitted is a note."""
-        folder, notes, files = Path(folder), [*self.notes], ["numbers.csv", "curves.csv"]
+        """Write page, tables and decks into a folder, all or none, and return their paths, the page first.
+
+        A law that cannot be fitted is a note. A warning says where another sheet is replaced.
+        Raises DataFileError when the folder cannot be written; an earlier sheet is then as it was.
+        """
+        folder = Path(folder)
+        with replacing_together(folder, stale=DECKS) as beside:
+            names = self._write(beside)
+            earlier, now = folder / names[1], beside / names[1]
+            if earlier.is_file() and file_digest(earlier) != file_digest(now):
+                log.warning("%s: a sheet with other numbers is replaced; -o keeps both", folder)
+        return [folder / name for name in names]
+
+    def _write(self, folder: Path) -> list[str]:
+        """Write all files into an empty folder, and return their names: the page, the numbers and the others."""
+        notes, files = [*self.notes], ["numbers.csv", "curves.csv"]
         for name, table in zip(files, (self.numbers, self.curves), strict=True):
             write_table(table, folder / name)
-        for name in DECKS:  # an earlier sheet's
-            (folder / name).unlink(missing_ok=True)
         texts = self.numbers.set_index("quantity")["value"]
         bending = [texts[f"bending stiffness, {way}"] for way in STRAINS[:2]]
         course, wale = pd.to_numeric(bending, errors="coerce")
@@ -157,6 +170,8 @@ class Sheet:
                 files.append(SHELL)
                 if known is self.tied:
                     notes.append(f"{SHELL} bends as tied yarns, since it needs {needs}.")
+        except UnwritableError:
+            raise
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane or a shell: {error}.")
         picture = BytesIO()
@@ -166,7 +181,7 @@ class Sheet:
         shown = {"picture": b64encode(picture.getvalue()).decode(), "files": files, "version": code_version()}
         shown |= {"diameters": _each(2e3 * np.asarray(self.scene.radius))}
         write_text(page.render(vars(self) | {"notes": notes} | shown), folder / "sheet.html")
-        return [folder / name for name in ("sheet.html", *files)]
+        return ["sheet.html", *files]
 
     @styled
     def draw(self) -> Figure:
@@ -316,10 +331,9 @@ def cell_of(scene: Scene) -> CellOfBeams:
 
 def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
     """Return the note that names the values of the yarns, those that other values replace left out."""
-    replaced = [key for key, others in cell.idle_beside.items() if None not in map(cell.value, others)]
     said = [f"contact.friction {cell.friction:.4g}"]
     for key, value in flat(cell.to_dict()).items():
-        if key.endswith(VALUES) and value is not None and key not in replaced:
+        if key.endswith(VALUES) and value is not None and not cell.replaced_by(key):
             said.append(f"{key} {value:.4g} {unit_of(key)}")
     said.append(f"tex {_each(tex)}")
     return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.typing import ColorType
 from numpy.typing import NDArray
 
+import knitstudy
 from knitstudy.errors import KnitstudyError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising
@@ -352,12 +354,17 @@ def rendered(picture: Picture) -> Image:
 
 @cache
 def _process() -> subprocess.Popen[bytes]:
-    """Start the process that renders; it ends with this one, when its input is closed."""
+    """Start the process that renders; it ends with this one, when its input is closed.
+
+    It finds modules where this process does, but for the working folder: a json.py there is no module of ours.
+    """
+    folders = [folder for folder in sys.path if folder and Path(folder).resolve() != Path.cwd()]
+    package = str(Path(knitstudy.__file__).resolve().parents[1])
     return subprocess.Popen(
-        [sys.executable, "-c", "from knitstudy.use.solids import serve; serve()"],
+        [sys.executable, "-P", "-c", "from knitstudy.use.solids import serve; serve()"],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
-        env=os.environ | {"PYTHONPATH": os.pathsep.join(filter(None, sys.path))},
+        env=os.environ | {"PYTHONPATH": os.pathsep.join(dict.fromkeys((*folders, package)))},
     )
 
 

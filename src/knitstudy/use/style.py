@@ -50,7 +50,12 @@ YARNS = ("#D55E00", "#009E73", "#0072B2", "#E69F00")
 INK, FAINT, PAPER = "#1A1A1A", "#8C8C8C", "#FFFFFF"
 ACCENT = "#8E1B5A"  # joints and contact points in pictures of solids
 
-RC = matplotlib.rc_params_from_file(Path(__file__).with_name("figures.mplstyle"), use_default_template=False)
+# All settings: a file `matplotlibrc` of the working folder has others, such as a program that sets texts.
+RC = {
+    name: value
+    for name, value in matplotlib.rc_params_from_file(Path(__file__).with_name("figures.mplstyle")).items()
+    if name.partition(".")[0] not in ("backend", "interactive", "toolbar", "webagg", "tk", "date")
+}
 
 styled = matplotlib.rc_context(RC)  # a decorator: draw in this style whatever the caller's settings are
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
 from knitstudy.errors import ConfigurationError, DataFileError, MeshError
-from knitstudy.files import replacing, write_text
+from knitstudy.files import replacing, replacing_together, write_text
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
@@ -284,8 +284,17 @@ def write_series(
     """
     if (path := Path(path)).suffix != ".pvd":
         raise DataFileError(f"{path}: must end with .pvd")
+    earlier = [file.name for file in path.with_suffix("").glob("*.vtu") if OWN.fullmatch(file.name)]
+    with replacing_together(path.parent, stale=[f"{path.stem}/{name}" for name in earlier]) as beside:
+        _write_files(scene, beside / path.name, geometry, history, mesh)
+
+
+def _write_files(
+    scene: Scene, path: Path, geometry: xr.Dataset, history: xr.Dataset, mesh: xr.Dataset | None
+) -> None:
+    """Write all files of `write_series` into an empty folder."""
     crossings = fabric_of(geometry).crossings.point.mean(axis=1)
-    folder, (times, meaning) = path.with_suffix(""), times_of(history)
+    times, meaning = times_of(history)
     entries = []
     for number, time in enumerate(times.tolist()):
         now = _yarns(history, scene.radius, number), *_points(crossings, history, number)
@@ -307,9 +316,6 @@ def write_series(
     blocks = enumerate(last.items())
     lines = [f'    <DataSet index="{k}" name="{part}" file={quoteattr(file)}/>' for k, (part, file) in blocks]
     _write_list("vtkMultiBlockDataSet", lines, path.with_suffix(".vtm"))
-    for old in set(folder.glob("*.vtu")) - {path.parent / file for _, _, file in entries}:
-        if OWN.fullmatch(old.name):
-            old.unlink()  # increments that this history does not have
 
 
 def _write_list(kind: str, lines: Iterable[str], path: Path) -> None:

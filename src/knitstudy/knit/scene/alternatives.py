@@ -157,7 +157,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
     tex = {tex_key: keys[tex_key]} if tex_key in keys else {}
     if of not in remaining:
         return remaining, tex
-    yarn = read_yarn(remaining.pop(of), where)
+    yarn = read_yarn(remaining.pop(of), where, keys.get(f"{section}.diameter"))
     stitches = _rows(remaining)
     lengths = [
         loop_length.value
@@ -187,7 +187,11 @@ def in_section(key: str, section: str) -> str:
 
 def values_of_yarns(keys: Mapping[str, Any]) -> list[tuple[str, Value]]:
     """Return the values of the yarns that keys name, each behind the key of a scene that it may be the value of."""
-    named = [(section, read_yarn(keys[of])) for section in SECTIONS if (of := f"{section}.of") in keys]
+    named = [
+        (section, read_yarn(keys[of], diameter=keys.get(f"{section}.diameter")))
+        for section in SECTIONS
+        if (of := f"{section}.of") in keys
+    ]
     values = [(LENGTH, length) for _, yarn in named for length in yarn.loop_lengths]
     for section, yarn in named:
         parts = KEYS.keys() & yarn.values.keys()
@@ -361,9 +365,10 @@ def known_yarns() -> dict[str, Path]:
     return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
 
 
-def read_yarn(name: str, where: str = OF) -> YarnFile:
+def read_yarn(name: str, where: str = OF, diameter: Any = None) -> YarnFile:
     """Return a yarn by its name, or from a file of the user, with estimates of what its strands give and it leaves out.
 
+    A `diameter` that the scene says [m] takes the place of a packing that the file does not say.
     Raises ConfigurationError, naming the file, the value and the allowed values.
     """
     own = Path(str(name))
@@ -376,7 +381,7 @@ def read_yarn(name: str, where: str = OF) -> YarnFile:
         validated(LoopLength, loop_length, where, "loop_lengths.") for loop_length in yarn.loop_lengths
     )
     if strands := [validated(Strand, strand, where, "strands.") for strand in yarn.strands]:
-        values = _estimates(strands, values, where) | values
+        values = _estimates(strands, values, where, diameter) | values
     return yarn.model_copy(update={"values": values, "loop_lengths": lengths})
 
 
@@ -395,11 +400,20 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
     return values
 
 
-def _estimates(strands: list[Strand], values: Mapping[str, Value], where: str) -> dict[str, Value]:
-    """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3)."""
+def _estimates(
+    strands: list[Strand], values: Mapping[str, Value], where: str, said: Any = None
+) -> dict[str, Value]:
+    """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3).
+
+    The diameter follows from the packing, or else is that of the file, or the one that the scene has `said` [m].
+    """
     known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if not all(0 < packing <= 1 for packing in known.get("packing", [0])):
-        raise ConfigurationError(f"{where}: packing is missing or not above 0 and <= 1; a diameter needs it")
+    if isinstance(said, int | float) and said > 0:
+        known.setdefault("diameter", np.full(3, float(said)))
+    packed = "packing" in known or "diameter" not in known
+    if packed and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
+        needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
+        raise ConfigurationError(f"{where}: {needs}: say it, or the diameter")
     if min(known.get("extension", [1])) <= 0:
         raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
     if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
@@ -408,7 +422,10 @@ def _estimates(strands: list[Strand], values: Mapping[str, Value], where: str) -
     rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
     T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)
     tex, volume, straight = np.sum([T * length, T * length / rho[:, OTHER], E * T], axis=1)
-    diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
+    if packed:
+        diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
+    else:
+        diameter = known["diameter"]
     curve = {"pull", "extension"} <= known.keys()
     # Strands of one length are parallel springs; longer ones, such as turns around a core, are slack at first.
     pulling = np.array(

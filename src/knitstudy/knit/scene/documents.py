@@ -25,6 +25,10 @@ CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "r
 """The default configuration, the kept tables, and scripts and rules of the workflow."""
 
 
+LARGEST, DEEPEST = 5_000_000, 20
+"""Characters of a YAML text, and lists within lists, that are read: a few seconds, and twice what anybody needs."""
+
+
 def read_yaml(path: Path) -> dict[str, Any]:
     """Return the mapping in a YAML file.
 
@@ -42,25 +46,36 @@ def _read_once(text: str, where: str) -> Any:
 
 
 def parsed(text: str, where: str) -> Any:
-    """Return the content of a YAML text; `where` begins the message of the ConfigurationError if it is empty."""
+    """Return the content of a YAML text; `where` begins the message of the ConfigurationError if it cannot be read."""
+    if len(text) > LARGEST:
+        raise ConfigurationError(f"{where}: has {len(text)} characters; at most {LARGEST} are read")
     try:
-        for event in yaml.parse(text, Loader=_Loader) if "*" in text else ():
-            # An alias may contain itself, or be expanded thousands of times
-            if isinstance(event, yaml.AliasEvent):
-                raise _Refused(f"write the value out instead of *{event.anchor}", event)
+        _require_shallow(text)
         return yaml.load(text, Loader=_Loader)
     except _Refused as error:
         raise ConfigurationError(f"{where}, line {error.line}: {error.problem}") from error
     # ValueError: 2001-99-99 looks like a date; AttributeError: a tag of a date before another value.
     except (yaml.YAMLError, ValueError, AttributeError) as error:
         raise ConfigurationError(f"{where}: is not YAML: {_reason(error, text)}") from error
-    except RecursionError as error:
-        raise ConfigurationError(
-            f"{where}: is not YAML that can be read: too many lists within lists"
-        ) from error
+
+
+def _require_shallow(text: str) -> None:
+    """Refuse aliases, and lists within lists that would take more memory of the stack than there is."""
+    depth = 0
+    for event in yaml.parse(text, Loader=_Loader):
+        if isinstance(event, yaml.AliasEvent):  # which may contain itself, or be expanded thousands of times
+            raise _Refused(f"write the value out instead of *{event.anchor}", event)
+        if isinstance(event, yaml.CollectionStartEvent):
+            depth += 1
+        elif isinstance(event, yaml.CollectionEndEvent):
+            depth -= 1
+        if depth > DEEPEST:
+            raise _Refused(f"lists or mappings are nested more than {DEEPEST} deep", event)
 
 
 def _read_text(path: Path) -> str:
+    if path.is_fifo():  # which a reader would wait for
+        raise ConfigurationError(f"{path}: is a pipe; a file must be there")
     try:
         return path.read_text(encoding="utf-8")
     except FileNotFoundError as error:

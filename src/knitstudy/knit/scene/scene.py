@@ -176,10 +176,14 @@ class Scene(Part):
     def require_read(self, said: Iterable[str], where: str) -> None:
         """Refuse keys that somebody has set beside others which make them idle; `where` begins the message."""
         for key in said:
-            others = self.kind.part.idle_beside.get(key, ())
-            if others and all(self.value(other) is not None for other in others):
+            if others := self.replaced_by(key):
                 given = f"where {', '.join(others)} {'is' if len(others) == 1 else 'are'} given"
                 raise ConfigurationError(f"{where}: {key} is not read {given}; leave it out")
+
+    def replaced_by(self, key: str) -> tuple[str, ...]:
+        """Return the keys beside which nothing reads a key; none where it is read."""
+        others = self.kind.part.idle_beside.get(key, ())
+        return others if all(self.value(other) is not None for other in others) else ()
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Scenes go to other processes as their keys."""

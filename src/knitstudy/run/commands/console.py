@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable
+from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable, printable_lines
 from knitstudy.files import read_dataset
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, parsed, read_yaml
@@ -56,6 +57,19 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
     for line in texts:
         table.add_row(*(Text(shorten(text, LONGEST, placeholder=" ...")) for text in line))
     Console().print(table)
+
+
+def say(text: str = "", err: bool = False) -> None:
+    """Print lines, with `err` on standard error, whatever characters of a file are in them: all commands print so."""
+    click.echo(printable_lines(text), err=err)
+
+
+class PrintableFormatter(logging.Formatter):
+    """Messages alone, whatever characters of a file are in them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the message of a record."""
+        return printable_lines(super().format(record))
 
 
 def plain(value: Any) -> str:
@@ -125,7 +139,7 @@ def load_plugins_of(config: Path) -> None:
     for name in plugins:
         if not is_loaded(name):
             message = f"{path}: plugin {name!r} was not run; to run its code, add --plugin {name}"
-            click.echo(printable(message), err=True)
+            say(message, err=True)
 
 
 def _plugins(context: click.Context, option: click.Parameter, names: tuple[str, ...]) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable
+from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable_lines
 from knitstudy.registry import plugin_behind, wings
 
 _OWN = {
@@ -55,8 +55,7 @@ class Commands(click.Group):
             ending = message_and_status(error)
             if context.params["traceback"] or ending is None:
                 raise
-        for line in f"error: {ending[0]}".split("\n"):
-            click.echo(printable(line), err=True)
+        click.echo(printable_lines(f"error: {ending[0]}"), err=True)
         context.exit(ending[1])
 
 

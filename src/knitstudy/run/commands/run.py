@@ -18,7 +18,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_dataset
+from knitstudy.files import naming_remedy, open_regular, read_dataset
 from knitstudy.knit.scene.documents import WORKFLOW
 from knitstudy.knit.scene.scene import questions
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
@@ -88,22 +88,22 @@ def run(
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
-    click.echo(f"{results.path}:", err=True)
+    console.say(f"{results.path}:", err=True)
     console.print_table(("quantity", "value", "unit"), summarise(results.history))
     for question in questions(chosen):  # again: the first time was before all other messages
-        click.echo(question, err=True)
+        console.say(question, err=True)
     if before is not None and "load" in before and anew and not changes:
         others = ", ".join(differing_variables(before, results.history))
         made = console.plain(str(before.attrs.get("source", "")))
         same = f"the same as in {scene}, to the last bit, but for times"
-        click.echo(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
+        console.say(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
 
 
 def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
     """Print the chosen model of a scene that leaves its model open."""
     if choice := choice_of(scene, changes, config):
         asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        click.echo(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
+        console.say(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 
 
 @click.command()
@@ -128,14 +128,14 @@ def measure(scene: str, changes: console.Changes, output: Path, config: Path) ->
         table = measured(problem, output)
     columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]
     console.print_table(columns, table[columns].fillna("").itertuples(index=False))
-    click.echo(f"kept in {OWN}", err=True)
+    console.say(f"kept in {OWN}", err=True)
 
 
 @contextmanager
 def log_on_console(verbose: bool) -> Iterator[None]:
     """Print messages of the stages on standard error, between the lines of progress."""
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(logging.Formatter("%(message)s"))
+    handler.setFormatter(console.PrintableFormatter())
     logger = logging.getLogger("knitstudy")
     logger.setLevel(logging.INFO if verbose else logging.WARNING)
     for name in SAYING:
@@ -151,6 +151,7 @@ def log_on_console(verbose: bool) -> Iterator[None]:
 
 RESULTS, REPORT = Path("results"), Path("results/report.html")
 LOCK = Path("run/study.lock")
+READ_ONLY = "a study writes into its working folder: change to one that can be written"
 DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
 
 
@@ -168,7 +169,15 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
     knitstudy study full -- --dry-run                           jobs that would run
     """
-    arguments = [
+    if variable := os.environ.get("SNAKEMAKE_PROFILE"):
+        console.say(
+            f"SNAKEMAKE_PROFILE={variable} is not read: name a profile by -- --profile {variable}", err=True
+        )
+    # Without these Snakemake looks for profiles in the working folder, which may name any code; given ones win.
+    arguments = ["--workflow-profile", str(WORKFLOW.parent / "profiles" / "default")]
+    if not any(option.startswith("--profile") for option in options):
+        arguments += ["--profile", "none"]
+    arguments += [
         "--snakefile",
         str(WORKFLOW.parent / "Snakefile"),
         "--logger",
@@ -184,11 +193,11 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         if status := snakemake(arguments):
             raise click.exceptions.Exit(status)
     if DRY & {*options}:
-        click.echo(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
+        console.say(f"Study {name}: the jobs above would run, by rule; nothing has been run.")
         return
     minutes, seconds = divmod(round(time.monotonic() - started), 60)
     report = f"Report: {REPORT.absolute()}. " if REPORT.exists() else ""
-    click.echo(
+    console.say(
         f"Study {name}: complete in {minutes} min {seconds} s. {report}Pictures, tables and data: {RESULTS.absolute()}"
     )
 
@@ -199,15 +208,22 @@ def alone() -> Iterator[None]:
 
     Snakemake's own lock outlives a process that is killed.
     """
-    LOCK.parent.mkdir(parents=True, exist_ok=True)
-    with LOCK.open("a+", encoding="utf-8") as lock:
+    with naming_remedy(LOCK.parent.absolute(), READ_ONLY):
+        LOCK.parent.mkdir(parents=True, exist_ok=True)
+        lock = open_regular(LOCK)
+    with lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            other = LOCK.read_text(encoding="utf-8", errors="replace").strip() or "unknown"
+            other = lock.read(20).strip() or "unknown"
             raise ConfigurationError(
                 f"a study is running here already (process {other}); wait for it or end it"
             ) from error
+        except OSError as error:
+            console.say(
+                f"{LOCK}: {error.strerror}: start no second study in this folder while this one runs",
+                err=True,
+            )
         lock.truncate(0)
         lock.write(f"{os.getpid()}\n")
         lock.flush()

@@ -31,7 +31,7 @@ from knitstudy.run.advice import (
 )
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.commands import console
-from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study
+from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study, own_scenes
 from knitstudy.run.families import STUDIES
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
@@ -141,18 +141,24 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
         try:
             loop = _checked_loop(scene) if "pattern" in scene.sections else None
             _print_keys(scene, sources, what, changes, config)
-            click.echo(_known_rest(scene, what, config), nl=STAGES["rest"].of(scene))
-            click.echo(loop or "", nl=bool(loop))
+            for text in filter(None, (_known_rest(scene, what, config), loop)):
+                console.say(text)
         finally:  # a value in another unit may be why there is no loop
             for question in questions(scene):
-                click.echo(question, err=True)
+                console.say(question, err=True)
 
 
 def _check_folder(folder: Path) -> None:
     console.load_plugins_of(folder)
     scenes = load_scenes(folder)
+    if folder.is_file():
+        own = own_scenes(folder)
+        console.say(f"{folder}: valid; scene{'s' * (len(own) != 1)} {', '.join(own) or 'none'}")
+        for name in own[:1]:
+            console.say(f"knitstudy check {name} --config {folder} shows all keys of {name}")
+        return
     studies = ", ".join(f"{len(load_study(name, folder))} of study {name}" for name in STUDIES)
-    click.echo(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
+    console.say(f"{folder}: valid; {len(scenes)} scenes ({studies}), {len(knits_of(scenes))} geometries")
 
 
 def _checked_loop(scene: Scene) -> str:
@@ -202,6 +208,8 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes
     member, changed, rows = load_families(config).get(what), dict(changes), []
     yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
+        if scene.replaced_by(key):
+            continue  # nothing reads it
         name, _, field = key.rpartition(".")
         described = documented(type(scene.sections[name]) if name else Labels, field)
         if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
@@ -256,7 +264,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
     problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config, DEFAULT_ASK)
     if small := as_measured(problem):
         settings = Promises.of(small, where).settings(ask.question)
-        click.echo(
+        console.say(
             without_edges(problem, ask)
             or f"the endless cell is not promised to be accurate to {100 * ask.accuracy:g} %"
         )
@@ -270,7 +278,7 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
     from knitstudy.run.cost import expected_cost
 
     size, less = (f"{knit.inputs.loops} x {knit.inputs.rows}" for knit in (problem, small))
-    click.echo(
+    console.say(
         f"no error is promised of {size} cells by any model; expected costs, and errors on {less} cells:"
     )
     costs = [expected_cost(problem.scene.vary(setting.keys)) for setting in settings]
@@ -287,18 +295,18 @@ def _print_inputs(problem: Problem) -> None:
 
     if effects := effects_on_force(problem):
         what = f"force of an endless cell, for {100 * SHARE:g} % more of an input"
-        click.echo(f"{what}: yarn.youngs_modulus {100 * SHARE:+g} %, {', '.join(map(str, effects))}")
-    click.echo(against_shelf(problem.scene))
+        console.say(f"{what}: yarn.youngs_modulus {100 * SHARE:+g} %, {', '.join(map(str, effects))}")
+    console.say(against_shelf(problem.scene))
 
 
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
     problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
     name, interaction = problem.scene.name, word_of(problem.scene.interaction)
-    click.echo(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
-    click.echo(f"take {setting}, for the values you gave, {choice.promises.basis}")
+    console.say(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
+    console.say(f"take {setting}, for the values you gave, {choice.promises.basis}")
     if offer := without_edges(problem, ask):
-        click.echo(offer)
+        console.say(offer)
     _print_inputs(problem)
     beside, rows = choice.beside, []
     for option in front(choice.settings):
@@ -309,4 +317,4 @@ def _print_plan(choice: Choice) -> None:
     if beside:
         columns.append(f"of the {BESIDE[ask.question]} [%]")
     console.print_table((*columns, ""), rows)
-    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, value in setting.keys.items()))
+    console.say(" ".join(f"--set {key}={console.plain(value)}" for key, value in setting.keys.items()))

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.files import read_dataset, safe_name, write_table
+from knitstudy.files import read_dataset, replacing_together, safe_name, write_table
 from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene
@@ -101,18 +101,17 @@ def _chosen(pairs: Iterable[str]) -> dict[str, str]:
     return only
 
 
-def _write(
-    stem: str | Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str, decimal: str
-) -> None:
+def _write(stem: Path, table: pd.DataFrame, curves: dict[str, pd.Series], title: str, decimal: str) -> None:
     """Write a table and a picture into one folder."""
     from knitstudy.use.measured_curve import DIGITS
     from knitstudy.use.plot import draw_curves
     from knitstudy.use.style import save
 
     again = " (in place of earlier ones)" if Path(f"{stem}.csv").exists() else ""
-    write_table(table, f"{stem}.csv", decimal, digits=DIGITS)
-    save(draw_curves(curves), [f"{stem}.png"], {}, title)
-    click.echo(f"{stem}.csv, .png: {title}{again}", err=True)
+    with replacing_together(stem.parent) as beside:
+        write_table(table, beside / f"{stem.name}.csv", decimal, digits=DIGITS)
+        save(draw_curves(curves), [beside / f"{stem.name}.png"], {}, title)
+    console.say(f"{stem}.csv, .png: {title}{again}", err=True)
 
 
 def _require_finite(numbers: Iterable[float], where: Path) -> None:
@@ -190,7 +189,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     console.print_table(("quantity", "value", "unit"), rows)
     if whole.index[-1] > simulated.index[-1] * (1 + SAME):
         more = f"--set load.strain={whole.index[-1]:.3g} simulates all of the measured curve"
-        click.echo(f"{result} ends at {reach}; {more}", err=True)
+        console.say(f"{result} ends at {reach}; {more}", err=True)
     curves = {"measured": whole, str(scene.name): simulated}
     title = f"{scene.name} and {measured.name}"
     stem = result.with_name(f"{result.stem}-{name}")
@@ -264,7 +263,7 @@ def fit(
             except ConvergenceError as error:
                 if not slides:
                     raise
-                click.echo(f"friction {friction:.3g} is left out: {error}", err=True)
+                console.say(f"friction {friction:.3g} is left out: {error}", err=True)
                 continue
             curves[friction] = simulated_curve(results.history, results.geometry, **way)
         return curves
@@ -281,7 +280,7 @@ def fit(
             count = f"{len(simulated)} of {curve_fit.SIMULATED} frictions could be simulated"
             raise ConvergenceError(f"scene {chosen.name!r}: {count}, and 3 are needed; change --between")
         curve = within(curve, *simulated.values())
-        click.echo(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
+        console.say(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
         more_accurate = (lambda frictions: forces(simulations(frictions, dict(check)))) if check else None
         fitted = curve_fit.fit(curve.to_numpy(), forces(simulated), more_accurate)
     moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
@@ -294,7 +293,7 @@ def fit(
     curves = {"measured": whole, "fit": pd.Series(fitted.forces, curve.index)}
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title, named["decimal"])
-    click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+    console.say(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
 
 
 def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
@@ -308,5 +307,5 @@ def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:
     table[numbers] = table[numbers].replace("", nan).astype(float)
     table["note"] = ["; ".join(fitted.remarks()), *[""] * (len(rows) - 1)]
     for line in fitted.remarks():
-        click.echo(line, err=True)
+        console.say(line, err=True)
     return table

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from knitstudy.errors import ConfigurationError, printable
+from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
 from knitstudy.knit.scene.scene import questions
@@ -91,7 +91,7 @@ def loop(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
     for question in questions(chosen):
-        click.echo(question, err=True)
+        console.say(question, err=True)
     geometry = lay_out(chosen)
     if "state" not in geometry.dims:
         raise ConfigurationError(
@@ -104,9 +104,9 @@ def loop(
         ("quantity", "value", "unit"), of_yarn(quantities + drawn(geometry, chosen.tex), chosen)
     )
     save(draw_loop(geometry), [output], {}, f"Loop of {chosen.name}")
-    click.echo(f"{output}: the loop from the front and from the side")
+    console.say(f"{output}: the loop from the front and from the side")
     if keys:
-        click.echo(" ".join(f"--set {key}={console.plain(value)}" for key, value in keys.items()))
+        console.say(" ".join(f"--set {key}={console.plain(value)}" for key, value in keys.items()))
 
 
 def _ends(context: click.Context, option: click.Parameter, text: str | None) -> tuple[int, int] | None:
@@ -141,8 +141,8 @@ def stitches(file: Path, rows: tuple[int, int] | None, needles: tuple[int, int] 
     if repeat.wale_spacing:
         table.append(("spacing of the needles in use", repeat.wale_spacing, "m"))
     console.print_table(("quantity", "value", "unit"), table)
-    click.echo("")
-    click.echo(f"pattern.knitout: {printable(str(file))}")
+    console.say("")
+    console.say(f"pattern.knitout: {file}")
     for key, part in zip(KNITOUT_PART, (rows, needles), strict=True):
         if part:
-            click.echo(f"{key}: {list(part)}")
+            console.say(f"{key}: {list(part)}")

@@ -9,8 +9,8 @@ import click
 import numpy as np
 import pandas as pd
 
-from knitstudy.errors import DataFileError
-from knitstudy.files import STRAINS, read_dataset, write_dataset, write_table
+from knitstudy.errors import DataFileError, UnwritableError
+from knitstudy.files import STRAINS, read_dataset, replacing_together, write_dataset, write_table
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import CSV, NC, SIZE, THERE
 
@@ -44,10 +44,8 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     histories = {name: read_dataset(path) for name, path in zip(names, results, strict=True)}
     _require_one_fabric(results)
     fitted = fabric_law.membrane(histories, error=error)
-    write_dataset(fitted, output)
     table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
     table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
-    write_table(table, output.with_suffix(".csv"))
     console.print_table(list(table.columns), table.to_numpy())
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
     rows += [("all", fitted.attrs["error"], "")]
@@ -58,19 +56,22 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
             for path, direction, *values in fabric_law.forces_beside(fitted, name)
         ]
         console.print_table(("path", "strain", f"{name} (N/m)", "cell (N/m)"), rows)
-    decks = [output.with_suffix(f".{dialect}.inp") for dialect in LAWS]
-    for deck in decks:  # an earlier law's
-        deck.unlink(missing_ok=True)
+    decks = {dialect: f"{output.stem}.{dialect}.inp" for dialect in LAWS}
     written = f"{output}, .csv"
-    try:
-        for dialect, deck in zip(LAWS, decks, strict=True):
-            write_membrane(fitted, deck, dialect, output.stem)
-            written += f", .{dialect}.inp"
-        if fitted.attrs["secant"]:
-            click.echo("the decks have a secant: it holds at the strains of its table alone", err=True)
-    except DataFileError as error:
-        click.echo(f"no deck is written: {error}", err=True)
-    click.echo(written, err=True)
+    with replacing_together(output.parent, stale=decks.values()) as beside:
+        write_dataset(fitted, beside / output.name)
+        write_table(table, beside / f"{output.stem}.csv")
+        try:
+            for dialect, deck in decks.items():
+                write_membrane(fitted, beside / deck, dialect, output.stem)
+                written += f", .{dialect}.inp"
+            if fitted.attrs["secant"]:
+                console.say("the decks have a secant: it holds at the strains of its table alone", err=True)
+        except UnwritableError:
+            raise
+        except DataFileError as error:
+            console.say(f"no deck is written: {error}", err=True)
+    console.say(written, err=True)
 
 
 def _require_one_fabric(results: tuple[Path, ...]) -> None:
@@ -138,11 +139,11 @@ def strip(
     console.print_table(columns, [tuple(f"{value:.4g}" for value in row) for row in rows])
     for name, way, reached, force, cell in forces_beside(fitted, "law"):
         error = f"{name}, {way} {100 * reached:.3g} %: law {force:.3g} N/m, cell {cell:.3g} N/m"
-        click.echo(error, err=True)
+        console.say(error, err=True)
     known = float(fitted["largest_strain"][axis])
     if strain > known * (1 + 1e-9):
-        click.echo(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
+        console.say(f"the law was fitted up to a strain of {known:.3g}: beyond it is extrapolated", err=True)
     if (share := float(-pulled["least_force"][-1] / pulled["largest_force"][-1])) > WRINKLES:
         remark = f"compressed by {100 * share:.2g} % of the largest force: a fabric wrinkles there"
-        click.echo(remark, err=True)
-    click.echo(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)
+        console.say(remark, err=True)
+    console.say(f"{path}: {law.stem} between clamps, {length:g} x {width:g} m", err=True)

@@ -85,9 +85,8 @@ def sheet(
             config=config,
             progress=Progress,
         )
-    folder = output / "sheet" / made.scene.name
-    page, *files = made.write(folder)
+        page, *files = made.write(output / "sheet" / made.scene.name)
     console.print_table([*made.numbers], made.numbers.to_numpy().tolist())
     for note in made.notes:
-        click.echo(note, err=True)
-    click.echo(f"{page}, {', '.join(file.name for file in files)}", err=True)
+        console.say(note, err=True)
+    console.say(f"{page}, {', '.join(file.name for file in files)}", err=True)

@@ -118,14 +118,14 @@ def show(
     else:
         console.print_table(("quantity", "value", "unit"), _quantities(dataset, file))
     if plot is not None:
-        click.echo(f"drawing {plot} ...", err=True)
+        console.say(f"drawing {plot} ...", err=True)
         with console.naming(file):
             kind, drawing = kind_of(dataset), draw(*results.values())
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
-        click.echo(f"drawn: {plot}", err=True)
+        console.say(f"drawn: {plot}", err=True)
     if curve is not None:
         write_table(_curves(results), curve, decimal)
-        click.echo(f"written: {curve}", err=True)
+        console.say(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
 
@@ -193,17 +193,17 @@ def _write_pictures(file: Path, history: xr.Dataset, colour: str, pictures: tupl
     for path in pictures:
         if path.suffix not in deformed.WRITERS:
             raise DataFileError(f"{path}: must end with {listed([*deformed.WRITERS])}")
-    click.echo("laying out the undeformed knit ...", err=True)
+    console.say("laying out the undeformed knit ...", err=True)
     scene, geometry, mesh = console.undeformed(file, history, solids=colour in deformed.FIELDS)
     at_full_load = partial(solids, scene, geometry, mesh, history)
     knit = deformed.deformed(geometry, history, scene.radius, colour, at_full_load)
     for path in pictures:
-        click.echo(f"drawing {path} ...", err=True)
+        console.say(f"drawing {path} ...", err=True)
         if path.suffix == ".webp":
             deformed.animate(knit, path, "", Progress(f"drawing {path}"))
         else:
             deformed.WRITERS[path.suffix](knit, path, f"{scene.name}, {scene.kind.fidelity.meaning}")
-        click.echo(f"drawn: {path}", err=True)
+        console.say(f"drawn: {path}", err=True)
 
 
 def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
@@ -233,9 +233,9 @@ def _print_differences(first: xr.Dataset, second: xr.Dataset, file: Path, other:
         keys = _keys(first, file), _keys(second, other)
         shared = [row for row in pairs(*keys) if ": " not in row[0] or all(row[0] in key for key in keys)]
         console.print_table(("key", str(file), str(other)), [row for row in shared if row[1] != row[2]])
-        click.echo()
+        console.say()
     except DataFileError as error:  # the numbers of an old file can be compared all the same
-        click.echo(console.plain(str(error)), err=True)
+        console.say(str(error), err=True)
     quantities = _quantities(first, file), _quantities(second, other)
     with console.naming(other):
         rows = list(side_by_side(*quantities))
@@ -277,7 +277,7 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
             raise ConfigurationError(f"{scene}: must be of a tied cell for --dialect {dialect}")
         known = {"geometry": geometry, "history": history, "mesh": mesh}
         stage.function(chosen, path, **{name: known[name] for name in stage.needs})
-        click.echo(f"{path}: written from {scene}; m, N, Pa")
+        console.say(f"{path}: written from {scene}; m, N, Pa")
         return
     chosen = console.changed_scene(scene, changes, config)
     if not stage.of(chosen):
@@ -291,4 +291,4 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     meshed = STAGES["mesh"].of(chosen)
     inputs = {"mesh": STAGES["mesh"].function(chosen, geometry=geometry)} if meshed else {}
     count = stage.function(chosen, path, geometry=geometry, **inputs)
-    click.echo(f"{path}: {count} hexahedra; m, N, Pa")
+    console.say(f"{path}: {count} hexahedra; m, N, Pa")
