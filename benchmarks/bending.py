@@ -88,12 +88,13 @@ def solids(strain: float, degree: int) -> Floats:
     parts = discretise(scene, fabric)
     flat = problem(scene, fabric, parts)
     *_, last = flat.increments()
-    cell, space, rows = flat.observer, parts.splines, rows_of(fabric)
-    model, state = cell.yarns.model, replace(last.state, step=None)
-    place, force = (
-        parts.nodes + model.node_displacement(state),
-        model.respond(state, False).force.reshape(-1, 3),
-    )
+    cell = flat.observer
+    space = parts.splines
+    rows = rows_of(fabric)
+    model = cell.yarns.model
+    state = replace(last.state, step=None)
+    place = parts.nodes + model.node_displacement(state)
+    force = model.respond(state, False).force.reshape(-1, 3)
     width, u = (1 + strain) * np.linalg.norm(cell.lattice.vectors, axis=1)
     up, across = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
     turn = np.cross(up, across)

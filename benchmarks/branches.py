@@ -41,7 +41,10 @@ def begun_finely(trade: Trade, case: Case, setting: str) -> Trade:
 
 def rows_of(kept: pd.DataFrame, case: Case, setting: str) -> list[dict[str, object]]:
     """Return a row a quantity of one knit, with both values; `kept` are its rows in resources/trade.csv."""
-    trade, values, seconds, reason = load_trade(), [], [], ""
+    trade = load_trade()
+    values = []
+    seconds = []
+    reason = ""
     scene = trade.scene(case, Inputs.of_row(kept.iloc[0]), f"{kept.iloc[0]['knit']}-{case}")
     for each in (trade, begun_finely(trade, case, setting)):
         shutil.rmtree(SCRATCH, ignore_errors=True)  # a restart file of the other increments

@@ -126,7 +126,8 @@ def residuals(unknowns, problem):
 
 
 def _residuals(candidate, problem):
-    loop, weights = candidate.loop(problem), problem.settings
+    loop = candidate.loop(problem)
+    weights = problem.settings
     curve, points = loop.curve, loop.control_points
     cost = CostFunction(candidate.loop(problem, problem.flattening), weights)
     found = cost.approach(points)
@@ -226,13 +227,15 @@ def read_problem(folder):
     Raises ConfigurationError when a file or a key is missing, or a value is no number.
     """
     path = folder / "calibration.yaml"
-    document, defaults = read_yaml(path), read_yaml(folder / "defaults.yaml")
+    document = read_yaml(path)
+    defaults = read_yaml(folder / "defaults.yaml")
     try:
         wanted = {name: float(target["value"]) for name, target in document["targets"].items()}
         search = {name: float(value) for name, value in document["search"].items()}
         search |= {name: int(search[name]) for name in ("points", "starts", "seed")}
         weights = {name: float(defaults["geometry"][name]) for name in ("alpha", "beta", "gamma", "beta_0")}
-        samples, free = int(defaults["geometry"]["samples"]), ("z",) * search["points"]
+        samples = int(defaults["geometry"]["samples"])
+        free = ("z",) * search["points"]
         radius = 0.5 * wanted.pop("diameter")
         wanted["length"] /= radius
         settings = SimpleNamespace(**weights, samples=samples, free=free)

@@ -52,7 +52,8 @@ def _load(scene: Scene, folder: str) -> tuple[Fabric, SweptMesh]:
 
 def run_solid(scene: dict, folder: str) -> dict:
     """Run solid yarns on the geometry and the mesh in a folder; their contacts stay there."""
-    wanted, geometry = Scene.from_dict(scene), _read(folder, "geometry")
+    wanted = Scene.from_dict(scene)
+    geometry = _read(folder, "geometry")
     mesh = _read(folder, "mesh")
     ready()
     history = simulate(wanted, geometry, mesh=mesh)
@@ -69,7 +70,8 @@ def run_reduced(scene: dict, folder: str) -> dict:
 
 def run_whole(scene: dict, restart: str) -> dict:
     """Lay out and run a large scene; a run that was interrupted goes on from its restart file."""
-    wanted, resumed = Scene.from_dict(scene), Path(restart).exists()
+    wanted = Scene.from_dict(scene)
+    resumed = Path(restart).exists()
     ready()
     geometry = STAGES["geometry"].function(wanted)
     mesh = STAGES["mesh"].function(wanted, geometry) if STAGES["mesh"].of(wanted) else None

@@ -192,7 +192,8 @@ def _drawn(random: np.random.Generator, together: Together, base: Scene, where: 
         names = keys.split()
         _require_known(names, where)
         # Drawn whether it is used or not: what is drawn next does not depend on the base.
-        used, value = random.random() < together.changed, _between(random, between, f"{where}: {keys}")
+        used = random.random() < together.changed
+        value = _between(random, between, f"{where}: {keys}")
         needed, _ = QUANTITIES.get(names[0], (names[0], None))
         if used and base.kind.has(needed):
             changes |= dict.fromkeys(names, value)
@@ -253,9 +254,11 @@ def run(trial: Trial, plan: Plan, folder: Path) -> dict[str, Any]:
         row = here.recv() if here.poll(GRACE * trial.limit) else process.kill()
     process.join()
     if row is None:
-        outcome, reason = SILENT, f"the process ended with status {process.exitcode}"
+        outcome = SILENT
+        reason = f"the process ended with status {process.exitcode}"
         if process.exitcode == -signal.SIGXCPU:
-            outcome, reason = TIME, f"took more than {trial.limit:g} s of processor time"
+            outcome = TIME
+            reason = f"took more than {trial.limit:g} s of processor time"
         row = {"outcome": outcome, "reason": reason, "seconds [s]": time.monotonic() - started}
     changed = "; ".join(f"{name} = {value}" for name, value in trial.changes.items())
     number = int(trial.name.rpartition(" ")[2])
@@ -314,7 +317,8 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
     }
     if not is_unloaded(history, scene):
         gaps = ledger_gaps(history)
-        row["ledger [1]"], row["ledger at full load [1]"] = gaps.max(), gaps[-1]
+        row["ledger [1]"] = gaps.max()
+        row["ledger at full load [1]"] = gaps[-1]
         if scene.value("gates.hourglass") is not None:
             row["hourglass [1]"] = hourglass_share_when_loaded(history)
     if "smallest_gap" in history:

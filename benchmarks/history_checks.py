@@ -58,10 +58,8 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
             phrases.append(f"hourglass energy {share:.1%}")
     if "smallest_gap" in history:
         known = "penetration_limit" in history.attrs
-        deep, allowed = (
-            penetration(history),
-            allowed_penetration(history) if known else DEEPEST * scene.yarn.radius,
-        )
+        deep = penetration(history)
+        allowed = allowed_penetration(history) if known else DEEPEST * scene.yarn.radius
         if deep > allowed:
             phrases.append(f"penetration {deep:.2e} m, allowed {allowed:.2e} m")
     return phrases

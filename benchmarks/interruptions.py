@@ -94,7 +94,8 @@ def main() -> int:
         for number in range(len(table), options.runs):
             if time.monotonic() - begun > 60 * options.minutes:
                 break
-            name, way = list(benches)[number % len(benches)], WAYS[number // len(benches) % len(WAYS)]
+            name = list(benches)[number % len(benches)]
+            way = WAYS[number // len(benches) % len(WAYS)]
             random = np.random.default_rng((options.seed, number))
             row = disturbed(benches[name], way, random, plan, Path(scratch) / f"run {number}")
             row = {"run": number + 1, "seed": options.seed, "scene": name, **row}

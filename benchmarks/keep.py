@@ -74,8 +74,10 @@ FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
 FULL_FIGURES = ("fig11_sweeps", "fig_readings")
 PAGE_TABLES = ("springs", "table4_angles")  # Beside the pictures of the page
-VERDICTS_PAGE, TEMPLATE = Path("docs/reference/results.md"), WORKFLOW / "report" / "results.md"
-README, COUNTED = Path("README.md"), re.compile(r"^Of \d+ claims of the paper, .*$", re.MULTILINE)
+VERDICTS_PAGE = Path("docs/reference/results.md")
+TEMPLATE = WORKFLOW / "report" / "results.md"
+README = Path("README.md")
+COUNTED = re.compile(r"^Of \d+ claims of the paper, .*$", re.MULTILINE)
 
 
 def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: Path) -> Displays:
@@ -92,7 +94,8 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     """
     if claims and not is_of_today(VERDICTS_KEPT):
         raise DataFileError(f"{VERDICTS_KEPT}: is of another physics; run `make {VERDICTS}`")
-    plan, study = Plan.of(config), load_study(STUDY, config)
+    plan = Plan.of(config)
+    study = load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
     if not scenes:
         message = f"has no simulation of the study {STUDY!r} that is up to date"
@@ -108,7 +111,8 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
         made = {FINDINGS: found} if FINDINGS in displays.catalogue.find(name).tables else {}
         return read_sources((argument, file) for argument, file in files if argument not in made) | made
 
-    command, share = f"make {VERDICTS}", f"{len(scenes)} of {len(study)}"
+    command = f"make {VERDICTS}"
+    share = f"{len(scenes)} of {len(study)}"
     table = stamped(
         TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)),
         command,
@@ -290,7 +294,8 @@ def keep_reference(config: Path = CONFIG) -> str:
 
 def keep_predictions(config: Path = CONFIG) -> str:
     """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
-    kept, picture = RESOURCES / "predictions.csv", Path("docs/notes/fabrics.webp")
+    kept = RESOURCES / "predictions.csv"
+    picture = Path("docs/notes/fabrics.webp")
     # Stamped first: a picture that has changed would count as a change of the code.
     table = stamped(read_table(RESULTS / "tables" / kept.name).round(4), "make predictions")
     with replacing(picture) as temporary:

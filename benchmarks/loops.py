@@ -86,7 +86,8 @@ def draw(feasible: xr.Dataset, scene: Scene) -> Figure:
         lost = outcome == OUTCOMES.index(name)
         if lost.any():
             axes.scatter(wale[lost], course[lost], color=colour, s=18.0, marker=marker, lw=1.0, label=label)
-    pattern, diameter = scene.pattern, scene.yarn.diameter
+    pattern = scene.pattern
+    diameter = scene.yarn.diameter
     paper = pattern.wale_spacing / diameter, pattern.course_spacing / diameter
     look = {"color": INK, "linestyle": "none", "markersize": 6.0, "markerfacecolor": PAPER, "clip_on": False}
     axes.plot(*paper, "D", label="loop of the paper", **look)

@@ -34,7 +34,9 @@ def makespan(seconds: Sequence[float], nodes: int, cores: int = 2) -> float:
     >>> makespan([60.0], 1) == LOCAL + START + 60 + SEEN + LOCAL
     True
     """
-    free, head, ends = [0.0] * nodes, [0.0] * cores, []
+    free = [0.0] * nodes
+    head = [0.0] * cores
+    ends = []
     for price in seconds:
         ready = heapq.heappop(head) + LOCAL
         heapq.heappush(head, ready)

@@ -114,7 +114,8 @@ class Networks:
 
     def pull(self, fabric: Fabric, interaction: str, joint: str, stiffness: Stiffness) -> dict[str, float]:
         """Return the largest out-of-plane motion, the mean spin at crossings without ties, and the force."""
-        scene, yarn = self.scene, self.scene.yarn
+        scene = self.scene
+        yarn = self.scene.yarn
         contacts = contacts_of_crossings(fabric, scene.tie.radius)
         points = joint_points(fabric, contacts)
         touching = interaction == "isotropic"

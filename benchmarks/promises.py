@@ -39,7 +39,8 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
 
     The first `basis` knits promise, or all but the one that judges. Where nothing is promised `model` is empty.
     """
-    trade, table = load_trade(), []
+    trade = load_trade()
+    table = []
     first = set(sorted({row["knit"] for row in rows})[:basis])
     cases = {str(case): case for case in trade.cases()}
     groups: dict[tuple, list[dict]] = {}

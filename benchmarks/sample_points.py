@@ -25,7 +25,8 @@ def points_of(trade: Trade) -> Iterator[tuple[Inputs, bool]]:
 
 def _between(ends: list[Any], share: float) -> Any:
     """Return the value of a box at a share of the way: even, of texts one of them, of whole numbers one."""
-    low, high = ends[0], ends[-1]
+    low = ends[0]
+    high = ends[-1]
     if isinstance(low, str) or (isinstance(low, int) and isinstance(high, int)):
         choices = ends if isinstance(low, str) else range(low, high + 1)
         return choices[min(floor(share * len(choices)), len(choices) - 1)]

@@ -73,7 +73,8 @@ class ShellOverCore(Law):
 
     def force(self, approach: Floats) -> tuple[Floats, Floats, Floats]:
         """Return the force (k,) [N] at approaches (k,) [m] and its two derivatives; zero where open."""
-        soft, p = self.shell - self.core, POWER
+        soft = self.shell - self.core
+        p = POWER
         y = 1 - np.maximum(approach, 0.0) / soft
         at = np.maximum(y, FULL)
         beyond = np.minimum(y - at, 0.0)
@@ -81,7 +82,9 @@ class ShellOverCore(Law):
         second = p * (p - 1) * at ** (-p - 1)
         first = (1 - p) * (at**-p - 1) + second * beyond
         value = at ** (1 - p) - 1 + (1 - p) * (1 - at) + first * beyond - second * beyond**2 / 2
-        V, V1, V2 = scale * value, -scale * first / soft, scale * second / soft**2
+        V = scale * value
+        V1 = -scale * first / soft
+        V2 = scale * second / soft**2
         r = np.maximum(self.shell - approach, 1e-6)
         parts = r * V, r * V1 - V, r * V2 - 2 * V1
         force, slope, bend = (np.where(approach > 0, 2 * np.pi * part, 0.0) for part in parts)

@@ -41,14 +41,17 @@ def row(degree: int, repeats: int) -> str:
     """Return one line of the table."""
     yarn = yarn_space(SPAN * np.arange(200), degree, SPLINE)
     s = np.linspace(0, yarn.spline.knots[-1], 2000)
-    cos, sin, zero = np.cos(BEND * s), np.sin(BEND * s), 0 * s
+    cos = np.cos(BEND * s)
+    sin = np.sin(BEND * s)
+    zero = 0 * s
     curves = (1 - cos, zero, sin), (cos, zero, -sin), (zero, zero + 1, zero)
     scales = 1 / BEND, 1, 1
     centre, *directors = (
         yarn.spline.fit(s, np.stack(c, axis=1) * f) for c, f in zip(curves, scales, strict=True)
     )
     nodes = yarn.coefficients(centre, *directors, 1.0)
-    space, material = Space((yarn,)), Hencky(1.0, 0.4)
+    space = Space((yarn,))
+    material = Hencky(1.0, 0.4)
     (group,) = span_groups(space, nodes, material)
     nodes_a_span = group.connectivity.shape[1]
     count = MANY // nodes_a_span**2  # as they come in one batch
@@ -77,8 +80,12 @@ def row(degree: int, repeats: int) -> str:
 
 def multiplications(degree: int) -> int:
     """Return the multiplications in the matrix products of one span's tangent and forces."""
-    n, g, d, m = size(degree), SPLINE + 1, SPLINE + 1, len(quadrature(degree)[1])
-    means, half = size(degree - 1), n * (n + 1) // 2
+    n = size(degree)
+    g = SPLINE + 1
+    d = SPLINE + 1
+    m = len(quadrature(degree)[1])
+    means = size(degree - 1)
+    half = n * (n + 1) // 2
     moduli = g * m * (6 * 6 * 9 + 9 * 6 * 9)  # B^T C B
     across = g * m * 9 * (4 * half + 2 * n * n + half)  # sums of moduli over the section
     along = 4 * g * d * d * n * n * 9

@@ -36,7 +36,8 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.configuration import load_scene
 
-MEASURED, KEPT = RESOURCES / "measured" / "knitdb.csv", RESOURCES / "swatches.csv"
+MEASURED = RESOURCES / "measured" / "knitdb.csv"
+KEPT = RESOURCES / "swatches.csv"
 SHAPES = Path("results/swatches.csv")
 SCENE = "fabric-acrylic-stockinette-course-free"  # worsted acrylic, whose laws are scaled to a finer yarn
 GRAVITY = 9.81  # m/s2
@@ -45,7 +46,8 @@ WORSTED, TEX = 500.0, 2 * 1000 / 30  # tex; 2/30 is taken as two plies of Nm 30
 PATTERN, WHOLE = 60, 84  # stitches along a side, without the border and with it
 NEEDLES = 25.4e-3 / 15  # distance of needles of a 15-gauge machine [m]
 SIZES = {"width": "relaxed width [mm]", "height": "relaxed height [mm]"}
-STOCKINETTE, GARTER = ("K",), ("K", "P")
+STOCKINETTE = ("K",)
+GARTER = ("K", "P")
 RULED = (STOCKINETTE, GARTER)  # what the rule was found on
 
 
@@ -113,8 +115,10 @@ def drawn_on_needles(stitches: Sequence[str], rule: Rule, radius: float, more: f
     The plain loop is that of stockinette. Beds are as far apart as the mean length of yarn in a stitch says.
     """
     plain = LoopTarget(rule.course, NEEDLES, radius, 0.0).drawn(rule.length)
-    along, up = np.array([NEEDLES, 0.0, 0.0]), np.array([0.0, rule.course, 0.0])
-    rows, columns = len(stitches), len(stitches[0])
+    along = np.array([NEEDLES, 0.0, 0.0])
+    up = np.array([0.0, rule.course, 0.0])
+    rows = len(stitches)
+    columns = len(stitches[0])
     drawing = Drawing(plain.control_points, NEEDLES, rule.course, 2 * radius, BEHIND * 2 * radius)
     flat = [drawing.row(row) + number * up for number, row in enumerate(stitches_of(stitches))]
     side = sides(stitches).astype(float)
@@ -154,7 +158,8 @@ def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float
     Raises ConvergenceError where there is no way to rest.
     """
     worsted = load_scene(SCENE)
-    share, diameter = TEX / WORSTED, rule.diameter
+    share = TEX / WORSTED
+    diameter = rule.diameter
     bending = worsted.yarn.bending * share  # fibres of the same kind that slide freely
     pressing = worsted.yarn.pressing * worsted.yarn.diameter**2 / worsted.yarn.bending
     scene = worsted.vary(
@@ -199,7 +204,8 @@ def read_measured() -> pd.DataFrame:
 
 def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
     """Return the shapes at rest of all repeats, the smallest first; those in `SHAPES` are found already."""
-    more, physics = more_yarn(measured.dropna()), physics_digest()
+    more = more_yarn(measured.dropna())
+    physics = physics_digest()
     found = read_table(SHAPES).to_dict("records") if SHAPES.is_file() else []
     found = [
         row for row in found if (row["rule"], row["physics"]) == (str(STARTS.get(row["start"])), physics)
@@ -207,14 +213,17 @@ def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
     there = {(row["repeat"], row["start"]) for row in found}
     repeats = sorted(set(measured["repeat"]), key=lambda rows: (len(rows) * len(rows[0]), rows))
     for start, repeat in product(STARTS, repeats):
-        text, size = " ".join(repeat), len(repeat) * len(repeat[0])
+        text = " ".join(repeat)
+        size = len(repeat) * len(repeat[0])
         if (text, start) in there or (start != "rule" and size > MOST):
             continue
         begun = time.perf_counter()
         try:
-            rest, fault = rest_of(repeat, STARTS[start], more), ""
+            rest = rest_of(repeat, STARTS[start], more)
+            fault = ""
         except ConvergenceError as error:
-            rest, fault = dict.fromkeys([*SIZES, "depth"], np.nan), str(error)
+            rest = dict.fromkeys([*SIZES, "depth"], np.nan)
+            fault = str(error)
         seconds = round(time.perf_counter() - begun, 1)
         made_by = {"start": start, "rule": str(STARTS[start]), "physics": physics}
         found.append({"repeat": text, **made_by, **rest, "seconds": seconds, "fault": fault})
@@ -254,7 +263,8 @@ def hold_flat(measured: pd.DataFrame, weights: float, repeats: Sequence[str]) ->
     """Print the sizes [mm] of repeats between plates that press with so many weights of the cell, and measured ones."""
     more = more_yarn(measured.dropna())
     for text in repeats:
-        repeat, begun = repeat_of(text), time.perf_counter()
+        repeat = repeat_of(text)
+        begun = time.perf_counter()
         rest = rest_of(repeat, replace(RULE, plates=weights), more)
         sizes = {size: round(PATTERN * 1e3 * rest[size], 1) for size in SIZES}
         known = measured[measured["repeat"] == repeat][list(SIZES.values())].dropna().to_numpy().tolist()
@@ -273,7 +283,8 @@ def judge(measured: pd.DataFrame, predicted: pd.DataFrame) -> pd.DataFrame:
         plain = measured[given][measured["repeat"] == STOCKINETTE].mean()
         if others:
             of &= ~measured["repeat"].isin(RULED)
-        known, said = measured[given][of], predicted[of]
+        known = measured[given][of]
+        said = predicted[of]
         rows.append(
             {
                 "size": name,
@@ -293,7 +304,8 @@ if __name__ == "__main__":
         "--plates", type=float, metavar="WEIGHTS", help="hold repeats flat, and print their sizes"
     )
     parser.add_argument("repeats", nargs="*", help="rows of letters, such as 'KP PK'")
-    asked, measured = parser.parse_args(), read_measured()
+    asked = parser.parse_args()
+    measured = read_measured()
     if asked.plates is not None:
         hold_flat(measured, asked.plates, asked.repeats)
         raise SystemExit

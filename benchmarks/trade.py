@@ -52,7 +52,8 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
 
     `outcomes` are those that are known already.
     """
-    rows, count = [], 0
+    rows = []
+    count = 0
     for inputs, slips in islice(points_of(trade), MOST_TRIED * first):
         outcome = outcomes.get(inputs) or _outcome(trade, inputs)
         count += outcome == FOUND
@@ -84,21 +85,25 @@ def measure_sample(
 
     Records of other code are used as well, with a message, unless `anew` makes them again; `only` are cases, or all.
     """
-    trade, listed = load_trade(), folder / "knits.csv"
+    trade = load_trade()
+    listed = folder / "knits.csv"
     cases = [case for case in trade.cases() if not only or str(case) in only]
     if unknown := set(only) - set(map(str, cases)):
         known_cases = ", ".join(map(str, trade.cases()))
         raise ConfigurationError(
             f"--cases: there is no {', '.join(sorted(unknown))}; there are {known_cases}"
         )
-    problems, records, other = {}, {}, 0
+    problems = {}
+    records = {}
+    other = 0
     for number in range(first):
         before = read_table(listed).to_dict("records") if listed.is_file() else ()
         known = {Inputs.of_row(row): row["outcome"] for row in before}
         points = sampled(trade, number + 1, known)
         if len(points) > len(known):
             write_table(points, listed)
-        knit, point = f"knit{number + 1:03}", Inputs.of_row(points.iloc[-1])
+        knit = f"knit{number + 1:03}"
+        point = Inputs.of_row(points.iloc[-1])
         fresh = False
         for case in (each for each in cases if trade.settings_of(each, number)):
             inputs = drawn(trade, case, point, bool(points.iloc[-1]["slips"]))
@@ -129,7 +134,8 @@ def measure_sample(
 
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:
     """Return what the knits of a table promise: one row for every case, question and model setting."""
-    rows, of_settings = [], ["case", "question", "model setting"]
+    rows = []
+    of_settings = ["case", "question", "model setting"]
     for of_setting, of in table.dropna(subset=[ERROR]).groupby(of_settings, sort=False):
         row = dict(zip(of_settings, of_setting, strict=True))
         row |= {"knits": len(of), "failed": sum(map(isinf, of[ERROR]))}
@@ -166,7 +172,8 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
     }  # which cycles alone have
     lowest = {columns[name]: case for case, name in panels}
     for case, name in panels:
-        column, row = columns[name], cases[::-1].index(case)
+        column = columns[name]
+        row = cases[::-1].index(case)
         axes = place(page, 0.115 + 0.178 * column, FOOT + row * (HIGH + GAP), 0.155, HIGH)
         bottom = lowest[column] == case
         axes.tick_params(labelleft=column == 0, labelbottom=bottom)
@@ -175,7 +182,8 @@ def draw(table: pd.DataFrame, bounds: pd.DataFrame) -> Figure:
             which = f"case == {case!r} and question == {name!r} and `model setting` == {setting!r}"
             knits, bound = table.query(which), bounds.query(which)
             of_knits = {"s": 5, "alpha": 0.5, "linewidths": 0}
-            seconds, errors = knits[SECONDS].fillna(FAILED[0]), knits[ERROR].clip(ENDS[0], FAILED[1])
+            seconds = knits[SECONDS].fillna(FAILED[0])
+            errors = knits[ERROR].clip(ENDS[0], FAILED[1])
             axes.scatter(seconds, errors, color=colour, **of_knits)
             of_setting = {"s": 26, "marker": "D", "edgecolors": "white", "linewidths": 0.6, "zorder": 3}
             axes.scatter(bound[SECONDS], bound[ERROR], color=colour, label=setting, **of_setting)
@@ -194,7 +202,8 @@ def keep(table: pd.DataFrame) -> str:
     counted = f"{len(first)} of {trade.knits}"
     kept = stamped(table, "make trade", knits=counted)
     if TRADE_KEPT.is_file():
-        before, cases = read_table(TRADE_KEPT), list(map(str, trade.cases()))
+        before = read_table(TRADE_KEPT)
+        cases = list(map(str, trade.cases()))
         others = before[before["case"].isin(set(cases) - set(table["case"]))]
         kept = pd.concat([others, kept]).sort_values(
             "case", key=lambda of: of.map(cases.index), kind="stable"

@@ -54,7 +54,8 @@ def rest_band(name: str, direction: str, strain: float) -> tuple[float, float]:
     assert friction is not None  # of this yarn
     changes = {"load.turns": [strain, -COMPRESSED], "load.strain": strain / 2, "load.largest_force": None}
     scene = load_scene(name).vary({**changes, "contact.friction": friction[1], "solver.increments": 150})
-    history, axis = simulate(scene).history, DIRECTIONS.index(direction)
+    history = simulate(scene).history
+    axis = DIRECTIONS.index(direction)
     way, force = (history[each].to_numpy()[1:, axis] for each in ("cell_strain", "force_per_width"))
     at = np.flatnonzero(np.diff(np.sign(force)))
     ends = way[at] - force[at] * (way[at + 1] - way[at]) / (force[at + 1] - force[at])

@@ -217,7 +217,8 @@ def code_version() -> str:
 @cache
 def commit() -> str:
     """Return the commit of the checkout, of a wheel that of its checkout, else an empty text."""
-    built, checkout = Path(__file__).with_name("COMMIT"), Path(__file__).resolve().parents[2]
+    built = Path(__file__).with_name("COMMIT")
+    checkout = Path(__file__).resolve().parents[2]
     if built.is_file():
         return built.read_text(encoding="utf-8")
     return commit_of(checkout) if (checkout / ".git").exists() else ""
@@ -274,7 +275,8 @@ def _sealed(path: Path) -> tuple[str, str]:
 
 def file_digest(path: Path, size: int | None = None) -> str:
     """Return a digest of the content of a file, or of its first bytes."""
-    digest, left = hashlib.sha256(), path.stat().st_size if size is None else size
+    digest = hashlib.sha256()
+    left = path.stat().st_size if size is None else size
     with path.open("rb") as file:
         while left > 0 and (part := file.read(min(left, 1 << 20))):
             digest.update(part)
@@ -307,7 +309,8 @@ def _checksums(path: Path) -> tuple[str, str]:
     size = path.stat().st_size - len(MARK) - LENGTH
     with path.open("rb") as file:
         file.seek(max(size, 0))
-        mark, recorded = file.read(len(MARK)), file.read().decode("ascii", errors="replace")
+        mark = file.read(len(MARK))
+        recorded = file.read().decode("ascii", errors="replace")
     if mark != MARK:
         why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
         raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")

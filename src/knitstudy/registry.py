@@ -66,7 +66,8 @@ class Registry(Generic[Entry]):
     def all(self) -> dict[str, Entry]:
         """Return all entries, in the order of their names, whatever module has been imported first."""
         if self._package:
-            name, self._package = self._package, ""
+            name = self._package
+            self._package = ""
             modules = iter_modules(getattr(import_module(name), "__path__", []))
             for module in sorted(modules, key=lambda entry: entry.name):
                 import_module(f"{name}.{module.name}")
@@ -163,7 +164,8 @@ def plugin_files() -> list[Path]:
     """Return the Python files of all plugins that have been imported: of a package, all that it holds."""
     paths = set()
     for name in _imported.values():
-        package, module = sys.modules.get(name.partition(".")[0]), sys.modules.get(name)
+        package = sys.modules.get(name.partition(".")[0])
+        module = sys.modules.get(name)
         if package is not None and hasattr(package, "__path__"):
             paths |= set(Path(package.__path__[0]).rglob("*.py"))
         elif module is not None and module.__file__:

@@ -75,7 +75,8 @@ def render(
     tables = {name: _table(name, table, captions) for name, table in results.items()}
     for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
         for name, entry in shown.items():
-            entry["file"], entry["own"] = f"{kind}/{name}.{ending}", f"{name}.{ending}" not in instead
+            entry["file"] = f"{kind}/{name}.{ending}"
+            entry["own"] = f"{name}.{ending}" not in instead
             if not entry["own"]:
                 entry["file"] = Path(os.path.relpath(instead[f"{name}.{ending}"], page.parent)).as_posix()
                 entry["title"] += " (of the full study)"
@@ -140,7 +141,8 @@ def numbers(
         return None
     if missing := [column for column in columns.values() if column not in frame]:
         raise ConfigurationError(f"captions: table {table!r} has no column {missing[0]!r}")
-    first, heads = frame.columns[0], {column: heading for heading, column in columns.items()}
+    first = frame.columns[0]
+    heads = {column: heading for heading, column in columns.items()}
     chosen = frame[frame[first].isin(rows)] if rows else frame
     text = cells(chosen[[first, *heads]].dropna(axis="columns", how="all").rename(columns=heads))
     numeric = [False] + [True] * (len(text.columns) - 1)
@@ -275,7 +277,8 @@ class ScreenPicture:
         require_unchanged(path)
         try:
             with Image.open(path) as image:
-                shown, texts = image.convert("RGB"), dict(image.info)
+                shown = image.convert("RGB")
+                texts = dict(image.info)
         except (OSError, UnidentifiedImageError) as error:
             message = f"{path}: is no picture ({error}); make it again with `make study`"
             raise DataFileError(message) from error

@@ -99,7 +99,8 @@ class Series:
 
 def series_of(rows: Iterable[Simulation]) -> list[Series]:
     """Return the series (`SERIES`) among simulations, each of `FEWEST` sizes or more."""
-    simulations, series = list(rows), []
+    simulations = list(rows)
+    series = []
     for stem, three in SERIES.items():
         names = [(row, str(row.scene.name)) for row in simulations]
         group = [row for row, name in names if name == three or name.startswith(f"{stem}-")]
@@ -154,7 +155,8 @@ def counted_solids(knit: Fabric, mesh: Any, paper: pd.DataFrame) -> tuple[Counte
     """
     section = Section.for_size(2, mesh.size)
     slices = law_of(lambda fabric: slices_of(fabric, mesh.size, mesh.growth), knit)
-    touching, solid = Polynomial([0, -2, 1]), 3 * section.size * slices
+    touching = Polynomial([0, -2, 1])
+    solid = 3 * section.size * slices
     multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching
     tied = number(paper, "5", "dns-tie 3x3", "degrees of freedom") / 9 * Polynomial([0, 0, 1])
     contact = (number(paper, "3", "c3w3", "degrees of freedom") - tied(3)) / 3 * touching

@@ -222,7 +222,8 @@ class Displays:
 
     def _steps(self, results: Results) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
-        scenes, stage = results.scenes(self.study), STAGES[results.stage]
+        scenes = results.scenes(self.study)
+        stage = STAGES[results.stage]
         return [self.plan.step(results.stage, scene) for scene in scenes if stage.of(scene)]
 
     def names(self) -> tuple[str, ...]:

@@ -261,7 +261,8 @@ def default_keys(config: Path = CONFIG) -> dict[str, Any]:
 
 def _known_defaults(config: Path) -> tuple[Path, dict[str, Any]]:
     """Return the file and the content of the defaults, whose keys are keys of scenes; their values are not checked."""
-    path, document = base_of(config) / "defaults.yaml", layered_defaults(config)
+    path = base_of(config) / "defaults.yaml"
+    document = layered_defaults(config)
     for name, value in flat(document).items():
         set_dotted({}, name, value, str(path))
         if name not in all_keys():
@@ -284,7 +285,8 @@ def check_together(
     """
     members = load_families(config)
     for scene in checked:
-        first, where = knits[scene.knit], members[scene.name].where
+        first = knits[scene.knit]
+        where = members[scene.name].where
         there = first.geometry_inputs
         for name, value in scene.geometry_inputs.items():
             if there.get(name) != value:

@@ -67,7 +67,8 @@ class Cost:
 
 def expected_cost(scene: Scene) -> Cost:
     """Return what a simulation is expected to take."""
-    model, touches = scene.kind.fidelity, scene.kind.interaction.touches
+    model = scene.kind.fidelity
+    touches = scene.kind.interaction.touches
     increments = max(1.0, scene.solver.increments / INCREMENTS)
     if not model.solid:
         cells = scene.value("pattern.loops") * scene.value("pattern.rows")
@@ -92,7 +93,8 @@ def memory_of_solids(elements: str, touches: bool, unknowns: float) -> int:
     bytes_an_unknown = BYTES_AN_UNKNOWN[elements][touches]
     growth = unknowns * bytes_an_unknown
     if touches and elements == POLYNOMIALS:
-        followed, beyond = FOLLOWED + min(unknowns, LARGE) * bytes_an_unknown, max(unknowns - LARGE, 0.0)
+        followed = FOLLOWED + min(unknowns, LARGE) * bytes_an_unknown
+        beyond = max(unknowns - LARGE, 0.0)
         growth = followed + beyond * BYTES_OF_LARGE
     return round((PROCESS + growth) / MEGABYTE)
 

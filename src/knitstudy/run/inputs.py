@@ -54,7 +54,8 @@ def against_shelf(scene: Scene) -> str:
 
     kept = {name: read_yarn(name).values for name in known_yarns()}
     name = min(kept, key=lambda name: apart(kept[name]))
-    diameter, bending = kept[name]["diameter"].ends[0], 1e6 * kept[name]["bending"].ends
+    diameter = kept[name]["diameter"].ends[0]
+    bending = 1e6 * kept[name]["bending"].ends
     within = f" ({bending[2]:.2g} to {bending[1]:.2g})" if bending[2] < bending[1] else ""
     return (
         f"the yarn is taken as a solid: it bends with {1e6 * solid:.2g} N mm2; {name}, {1e3 * diameter:.2g} mm thick, "

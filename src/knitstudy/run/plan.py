@@ -103,7 +103,8 @@ class Step:
             return
         sizes = {key: self.scene.value(key) for key in OF_SIZE}
         text = ", ".join(f"{key} is {value:g}" for key, value in sizes.items() if value is not None)
-        need, has = self.cost.memory / 1000, machine_memory() / 1000
+        need = self.cost.memory / 1000
+        has = machine_memory() / 1000
         much = f"the stage {self.stage.name!r} would take some {need:.3g} GB, and this machine has {has:.3g}"
         remedy = "take a smaller specimen"
         if self.scene.kind.fidelity.solid:
@@ -124,7 +125,8 @@ class Plan:
         configured: Mapping[str, Scene] | None = None,
         knits: Mapping[str, Scene] | None = None,
     ) -> None:
-        self.scenes, self.configured = scenes, scenes if configured is None else configured
+        self.scenes = scenes
+        self.configured = scenes if configured is None else configured
         self.knits = knits_of(self.configured) if knits is None else knits
         # By stage and identity of the scene, which is kept so that no other one has its identity
         self._steps: dict[tuple[str, int], tuple[Scene, Step]] = {}

@@ -94,7 +94,8 @@ def simulate(
     steps = plan.steps_of(scene)
     store = Store(progress=progress or (lambda label: silent))
     if folder is not None:
-        store.folder, store.also = Path(folder), (OF_STUDY,)
+        store.folder = Path(folder)
+        store.also = (OF_STUDY,)
     for question in questions(scene):
         log.warning(question)
     path = store.folder and store.folder / steps["simulation"].path

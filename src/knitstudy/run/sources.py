@@ -61,7 +61,9 @@ class Source:
 
         If springs are measured in it, it takes the scene's yarn and strain as well.
         """
-        scene, other, changed = self.scene, self.other, {}
+        scene = self.scene
+        other = self.other
+        changed = {}
         if any(other.geometry_inputs.get(key) != value for key, value in scene.geometry_inputs.items()):
             changed = scene.geometry_inputs | {"knit": scene.knit}
         given = {key: scene.value(key) for key in self.springs}

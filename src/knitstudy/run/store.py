@@ -126,7 +126,8 @@ class Store:
             with suppress(DataFileError, HeldOpenError, OSError):  # nobody has asked for this file
                 history = read_result(other) if recorded_digest(other, UNIT) == step.unit_digest else None
             if history is not None:
-                (keys, _), digest = keys_of(history, other), history.attrs["digest"]
+                (keys, _) = keys_of(history, other)
+                digest = history.attrs["digest"]
                 factor = step.scene.yarn.youngs_modulus / keys["yarn"]["youngs_modulus"]
                 history = described(scaled(history, factor), step)
                 history.attrs |= {"scaled_from": f"{keys['name']} {digest}", "scaled_by": factor}
@@ -152,11 +153,14 @@ class Store:
             raise NotKept(step)
         run = self._run_of(step)
         try:
-            dataset, ended = _made(step, needed if run is None else {**needed, "run": run}), None
+            dataset = _made(step, needed if run is None else {**needed, "run": run})
+            ended = None
         except ConvergenceError as error:
             if path is None or error.history is None:
                 raise
-            dataset, ended, path = error.history, error, _early(path)
+            dataset = error.history
+            ended = error
+            path = _early(path)
         dataset = described(dataset, step)
         if ended is None and (fault := fault_of(dataset)):
             raise DataFileError(f"the {step.stage.name} of {step.scene.name} {fault}: it is not written")
@@ -290,7 +294,9 @@ def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
     """Return a result with the record of its step, units and meanings of variables, and strain as a coordinate."""
     from knitstudy.knit.geometry.columns import COORDINATES, GEOMETRY, MESH
 
-    scene, stage, (code, *others) = step.scene, step.stage.name, provenance().items()
+    scene = step.scene
+    stage = step.stage.name
+    (code, *others) = provenance().items()
     versions = ", ".join(f"{name} {version}" for name, version in others)
     attributes = {
         "Conventions": CONVENTIONS,
@@ -314,7 +320,8 @@ def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
 def warn_of_another(scene: Scene, path: Path) -> None:
     """Warn where a file holds another scene of the same name, which the result of this one replaces."""
     with suppress(DataFileError, HeldOpenError, OSError, ValueError):
-        there, keys = flat(json.loads(recorded_digest(path, KEYS))), flat(scene.to_dict())
+        there = flat(json.loads(recorded_digest(path, KEYS)))
+        keys = flat(scene.to_dict())
         if differ := [key for key in keys.keys() & there.keys() - {*LABELS} if keys[key] != there[key]]:
             which = ", ".join(sorted(differ)[:3])
             log.warning("%s: another scene of this name (%s) is replaced; set name to keep both", path, which)

@@ -53,7 +53,8 @@ def run(problem: Problem, setting: str, folder: Path, say: bool = False) -> Reco
         "unknowns": 0,
         "increments": 0,
     }
-    scene, limit = problem.scene, problem.trade.limit
+    scene = problem.scene
+    limit = problem.trade.limit
     keys = problem.trade.settings_of(problem.case)[setting]
     try:
         document = scene.vary(keys | {"name": f"{scene.name}-{setting}", "outputs": []}).to_dict()
@@ -72,7 +73,8 @@ def _run(document: Mapping[str, Any], limit: float, folder: Path, say: bool) -> 
         results = simulate(scene, folder, plan=Plan({}), progress=Progress if say else None)
     except Exception as error:  # whatever it is: the run has no result
         return {"reason": message_of(error)}
-    history, strain = results.history, scene.value("load.strain")
+    history = results.history
+    strain = scene.value("load.strain")
     if float(history["strain"][-1]) < REACHED * strain:
         return {"reason": f"ended at a strain of {float(history['strain'][-1]):g}, not {strain:g}"}
     values: dict[str, float] = {}
@@ -96,7 +98,8 @@ def rows_of(
     records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, reference: Reference
 ) -> list[dict[str, Any]]:
     """Return a row for every model setting and question of one knit, or one with the reason of no reference."""
-    rows, settings = [], trade.settings_of(case)
+    rows = []
+    settings = trade.settings_of(case)
     for record in records:
         for question in QUESTIONS.values():
             off = {}
@@ -143,11 +146,13 @@ def reference_values(
     limits: dict[str, dict[tuple[str, float], Estimate]] = {}
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
-        ended, limits[knit] = [name for name in degrees if values.get(name)], {}
+        ended = [name for name in degrees if values.get(name)]
+        limits[knit] = {}
         for quantity in values[ended[0]] if len(ended) > 1 else ():
             series = [values[name][quantity] for name in ended]
             found = limit_of_degrees([degrees[name] for name in ended], series)
-            true, change = Estimate(found.value, found.uncertainty), abs(series[-1] - series[-2])
+            true = Estimate(found.value, found.uncertainty)
+            change = abs(series[-1] - series[-2])
             if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
                 true = Estimate(series[-1], change)
             limits[knit][quantity, 1.0] = true

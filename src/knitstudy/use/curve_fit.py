@@ -51,8 +51,10 @@ class Fit:
 
     def remarks(self) -> list[str]:
         """Return remarks on the intervals, a line each."""
-        remarks, (lowest, highest) = [], self.bounds
-        low, high = self.friction[1] <= lowest, self.friction[2] >= highest
+        remarks = []
+        (lowest, highest) = self.bounds
+        low = self.friction[1] <= lowest
+        high = self.friction[2] >= highest
         if lowest == highest:
             remarks.append("friction cannot be determined: no yarns of the scene slide with friction")
         elif low or high:
@@ -148,7 +150,9 @@ def _likeliest(measured: Floats, frictions: Floats, forces: Floats) -> Fit:
 
 def _fit(measured: Floats, frictions: Floats, f: Floats, proportional: bool) -> Fit:
     """Return the fit by one of the curves (g, n) of frictions (g,), for one kind of noise."""
-    n, free, best_of = len(measured), 1 + (len(frictions) > 1), (np.exp if proportional else np.asarray)
+    n = len(measured)
+    free = 1 + (len(frictions) > 1)
+    best_of = np.exp if proportional else np.asarray
     # y = offset + a slope + noise, where exp a or a is the factor of the modulus
     y, offset, slope = (np.log(measured), np.log(f), np.ones_like(f)) if proportional else (measured, 0.0, f)
     information = (slope * slope).sum(axis=1)
@@ -156,7 +160,8 @@ def _fit(measured: Floats, frictions: Floats, f: Floats, proportional: bool) -> 
     residuals = y - offset - a[:, None] * slope
     squares = (residuals**2).sum(axis=1)
     best = int(squares.argmin())
-    deviation, left = np.sqrt(squares[best] / (n - free)), residuals[best]
+    deviation = np.sqrt(squares[best] / (n - free))
+    left = residuals[best]
     correlation = left[1:] @ left[:-1] / max(squares[best], TINY)
     correlation = float(correlation) if correlation > 2 / np.sqrt(n) else 0.0
     freedom = max(n * (1 - correlation) / (1 + correlation) - free, 1.0)

@@ -51,7 +51,8 @@ def anchored(curve: pd.Series[float], zero: str | None, path: Path) -> pd.Series
     DataFileError
         If the first force is above `PRELOAD` of the range and nobody said what it is; if there is no straight part.
     """
-    strain, force = curve.index.to_numpy(dtype=float), curve.to_numpy()
+    strain = curve.index.to_numpy(dtype=float)
+    force = curve.to_numpy()
     said = f"{100 * strain[0]:.4g} % strain and {force[0]:.4g} N/m"
     strain = _turned(strain, "strain", path)
     force = _turned(force, "force", path)

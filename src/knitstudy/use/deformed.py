@@ -141,7 +141,10 @@ def deformed(
     values, label = _of_stations(fabric, history, colour)
     yarn = history["yarn"].to_numpy()
     radii = np.broadcast_to(radius, yarn.max() + 1)
-    points, faces, at, first = [], [], [], 0
+    points = []
+    faces = []
+    at = []
+    first = 0
     for number in np.unique(yarn):
         own = np.flatnonzero(yarn == number)
         # A yarn of a cell goes on where it ends: at the image of its first station, which histories of beams leave out
@@ -343,7 +346,8 @@ def page_of(knit: Deformed, title: str, most: int) -> str:
     """Return the page, with so many increments that there are at most so many corners of all; one at least."""
     steps, count = knit.values.shape
     kept = _spread(steps, most // count) if most >= 2 * count else np.array([steps - 1])
-    places, values = MILLIMETRE * knit.points[kept], knit.values[kept]
+    places = MILLIMETRE * knit.points[kept]
+    values = knit.values[kept]
     low, high = places.min(axis=(0, 1)), places.max(axis=(0, 1))
     reach = float((high - low).max())
     scaled = np.round((places - low) / reach * 65535).astype("<u2")

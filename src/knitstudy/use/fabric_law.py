@@ -48,7 +48,8 @@ ERROR = 0.01  # of the residuals (root mean square) that a law of exponentials m
 SPARE = 1.1  # of the least error, where that is larger
 PATIENCE, HEADWAY = 6, 0.98  # terms that have to lower the error by that factor together
 # Slopes times the largest strains: directions in the plane of both tensions, in steps up to shear; 0 is quadratic
-ANGLES, SHEARS = np.radians(np.arange(0, 360, 7.5)), np.radians(np.arange(0, 91, 15))
+ANGLES = np.radians(np.arange(0, 360, 7.5))
+SHEARS = np.radians(np.arange(0, 91, 15))
 SIZES = (0.0, 0.5, 1.0, 2.0, 3.0, 4.5, 6.0, 8.0, 12.0)  # steeper curves are a corner
 MIRROR = np.array([1.0, 1.0, -1.0])
 AXES = ("11", "22", "12")
@@ -133,7 +134,8 @@ class States(Chosen):
 
     def part_way(self, share: float) -> States:
         """Return one state of every path, in their order: that whose strain is nearest to a share of the largest."""
-        size, chosen = np.linalg.norm(self.stretch, axis=1), []
+        size = np.linalg.norm(self.stretch, axis=1)
+        chosen = []
         for name in dict.fromkeys(self.path):
             places = np.flatnonzero(self.path == name)
             chosen.append(places[np.abs(size[places] - share * size[places].max()).argmin()])
@@ -178,7 +180,9 @@ def _few_terms(columns: Floats, goal: Floats, error: float) -> tuple[Ints, Float
         return weight / norm[chosen], left * np.sqrt(3 / len(goal))
 
     # Lawson and Hanson's method, which ends where the error is small enough or falls no more
-    chosen, left, errors = np.empty(0, dtype=int), goal, [np.inf] * PATIENCE
+    chosen = np.empty(0, dtype=int)
+    left = goal
+    errors = [np.inf] * PATIENCE
     while errors[-1] > error and not errors[-1] > errors[-PATIENCE] * HEADWAY:
         chosen = np.unique(np.append(chosen, np.argmax(left @ columns / norm)))
         weight, misfit = solve(chosen)
@@ -215,8 +219,10 @@ def fit_exponentials(
     columns = (forces / states.scale[..., None]).reshape(-1, len(slope))
     goal = (states.force / states.scale).ravel()
     chosen, weight = _few_terms(columns, goal, error)
-    flat, curved = size[chosen] == 0, size[chosen] > 0
-    slope, both = slope[chosen], [modes[chosen] for modes in pair]
+    flat = size[chosen] == 0
+    curved = size[chosen] > 0
+    slope = slope[chosen]
+    both = [modes[chosen] for modes in pair]
     dyads = sum(np.einsum("ki,kj->kij", modes, modes) for modes in both) / len(pair)  # of a term's form
     law = ExponentialLaw(
         np.einsum("k,kij->ij", weight * flat, dyads),
@@ -372,10 +378,15 @@ def membrane(histories: dict[str, xr.Dataset], error: float = ERROR) -> xr.Datas
     states = States.of(histories)
     if mirrored := states.mirrored:
         states = states.symmetric()
-    fit, deck = fit_exponentials(states, mirrored, error), fit_deck(states, mirrored)
+    fit = fit_exponentials(states, mirrored, error)
+    deck = fit_deck(states, mirrored)
     ends = states.part_way(1.0)
-    paths, plane, unit, one = fit.errors, ("axis", "of_axis"), {"units": "N/m"}, {"units": "1"}
-    interval, state = unit | {"long_name": "half width of the 95 % interval"}, ("path", "axis")
+    paths = fit.errors
+    plane = ("axis", "of_axis")
+    unit = {"units": "N/m"}
+    one = {"units": "1"}
+    interval = unit | {"long_name": "half width of the 95 % interval"}
+    state = ("path", "axis")
     return xr.Dataset(
         {
             "form": (plane, fit.law.form, unit),
@@ -417,7 +428,8 @@ def forces_beside(fitted: xr.Dataset, law: str) -> list[tuple[str, str, float, f
     """
     cell = {"law": ("end_strain", "end_force"), "deck": ("deck_strain", "deck_cell_force")}[law]
     strain, force = (fitted[name].to_numpy() for name in cell)
-    fitted_force, paths = fitted[f"{law}_force"].to_numpy(), fitted["path"].to_numpy()
+    fitted_force = fitted[f"{law}_force"].to_numpy()
+    paths = fitted["path"].to_numpy()
     return [
         (str(paths[i]), STRAINS[j], float(strain[i, j]), float(fitted_force[i, j]), float(force[i, j]))
         for i, j in zip(*np.nonzero(np.isfinite(strain)), strict=True)

@@ -91,7 +91,8 @@ COARSE = [[0.02, 0.005], [0.1, 0.02], [3.97, 0.06]]  # ends of increments of the
 CLOSE = [*(1e-5 * 2 ** (0.5 * np.arange(22))).tolist(), [0.1, 0.01], [0.88, 0.04]]
 EVEN = 15  # increments of a leg of the path that counts
 BACK = 0.02  # of the largest strain, where a cycle ends
-MEMBRANE, SHELL = "membrane.{}.inp".format, "shell.abaqus.inp"
+MEMBRANE = "membrane.{}.inp".format
+SHELL = "shell.abaqus.inp"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
 ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
@@ -148,7 +149,8 @@ class Sheet:
 
     def _write(self, folder: Path) -> list[str]:
         """Write all files into an empty folder, and return their names: the page, the numbers and the others."""
-        notes, files = [*self.notes], ["numbers.csv", "curves.csv"]
+        notes = [*self.notes]
+        files = ["numbers.csv", "curves.csv"]
         for name, table in zip(files, (self.numbers, self.curves), strict=True):
             write_table(table, folder / name)
         texts = self.numbers.set_index("quantity")["value"]
@@ -268,7 +270,8 @@ def fabric_sheet(
     drawings = OTHERWISE if len(starts) > 1 and loops_alone else ()
     each += [partial(_Maker.drawn_otherwise, wider=wider) for wider in drawings]
     made = iter(maker.side_by_side([*each, _Maker.tied]))
-    bent, histories = [next(made) for _ in starts], {load: next(made) for load in loads}
+    bent = [next(made) for _ in starts]
+    histories = {load: next(made) for load in loads}
     pressed = [next(made) for _ in starts]
     answers, otherwise = [next(made) for _ in inputs], [next(made) for _ in drawings]
     tied = next(made)
@@ -341,7 +344,8 @@ def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
 
 def _of_rest(start: str, history: xr.Dataset) -> list[str]:
     """Return notes that say which unstable shapes a start has left, or hides."""
-    known, notes = history.attrs, []
+    known = history.attrs
+    notes = []
     if known.get("saddles"):
         changes = zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
         went = ", ".join(f"{size} {PERCENT * change:+.2g} %" for size, change in changes)
@@ -409,7 +413,8 @@ class _Maker:
         # Friction at rest may hold the fabric at another size, from which the force is reached farther on.
         curve = force_over_strain(curve_table(made), along)
         rising = branches(curve)[0]
-        missing, slope = self.force - rising.iloc[-1], np.gradient(rising, rising.index)[-1]
+        missing = self.force - rising.iloc[-1]
+        slope = np.gradient(rising, rising.index)[-1]
         if missing > (1 - 1 / FARTHER) * self.force and slope > 0:
             made = self._evenly(f"{load} farther", keys, strain + missing / slope)
         return made
@@ -440,10 +445,8 @@ class _Maker:
 
         Nothing, with a note, where there are no such loops of the same length of yarn, or they come to no rest.
         """
-        pattern, drawn = (
-            self.cell.pattern,
-            self.store.get(self.plan.step("geometry", self.plan.labelled(self.cell))),
-        )
+        pattern = self.cell.pattern
+        drawn = self.store.get(self.plan.step("geometry", self.plan.labelled(self.cell)))
         keys: dict[str, Any] = {
             "pattern.control_points": None,
             "pattern.loop_length": pattern.loop_length
@@ -507,7 +510,8 @@ class _Maker:
                 ended[method] = _alone(method, {})
         missing = [method for method in each if method not in ended]
         self.store.get(self.plan.step("geometry", self.plan.labelled(self.cell)))
-        _forked, known = self, dict[str, xr.Dataset]()
+        _forked = self
+        known = dict[str, xr.Dataset]()
         with processes(len(missing), remedy="take a larger mesh.beam_size") as pool:
             starts = self.starts if missing else ()
             rests = [pool.submit(_alone, partial(_Maker.rest, start=start), {}) for start in starts]

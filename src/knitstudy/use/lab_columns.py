@@ -218,7 +218,8 @@ def _measured(table: pd.DataFrame, name: str, how: Mapping[str, Any], direction:
     """Return the column of strain or force, over its unit and over a size of the specimen."""
     if name in how:
         said, unit = how[name]
-        label, unit = _named(table, said, f"{path}: --{name}"), plain_unit(unit)
+        label = _named(table, said, f"{path}: --{name}")
+        unit = plain_unit(unit)
         if (own := _own_unit(label, name)) not in ("", unit):
             log.warning("%s: %r is taken in %s, as --%s says, not in %s", path, label, unit, name, own)
     else:

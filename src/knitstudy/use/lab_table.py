@@ -135,7 +135,8 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
         tables = _tables(lines)
         rows = sum(len(table.rows) for table in tables)
         if rows > most:
-            most, best = rows, (lines, mark, tables)
+            most = rows
+            best = (lines, mark, tables)
         if not rows and first is None:
             first = next((number for number, fields in lines.items() if _is_row(fields)), None)
     if most:

@@ -87,11 +87,13 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
             area = history.attrs["cell_width"] * history.attrs["cell_height"]
             energy = history["energy"].sel(form="external") / area
     else:
-        size, axis = fabric_of(geometry).size, int(history.attrs["axis"])
+        size = fabric_of(geometry).size
+        axis = int(history.attrs["axis"])
         if axis == 2:
             raise DataFileError("is the history of two yarns, which have no force per width")
         strain, force = (history[name].to_numpy()[:, None] for name in ("strain", "force"))
-        force, energy = force / size[1 - axis], history["energy"].sel(form="external") / (size[0] * size[1])
+        force = force / size[1 - axis]
+        energy = history["energy"].sel(form="external") / (size[0] * size[1])
         names = STRAINS[axis : axis + 1]
     columns = {STRAIN(name): strain[:, k] for k, name in enumerate(names)}
     columns |= {PULL(name): force[:, k] for k, name in enumerate(names)}
@@ -183,14 +185,17 @@ def branches(curve: pd.Series) -> list[pd.Series]:
     [[0.0, 1.0, 2.0], [2.0, 1.0, 0.5], [0.5, 2.0]]
     """
     strain = curve.index.to_numpy(dtype=float)
-    least, turns, far = TURNS * np.ptp(strain), [0], 0
+    least = TURNS * np.ptp(strain)
+    turns = [0]
+    far = 0
     way = -1 if strain[np.argmax(np.abs(strain - strain[0]) > least)] < strain[0] else 1
     for k in range(1, len(strain)):
         if way * (strain[k] - strain[far]) > 0:
             far = k
         elif way * (strain[far] - strain[k]) > least:
             turns.append(far)
-            way, far = -way, k
+            way = -way
+            far = k
     turns.append(far)
     return [curve.iloc[low : high + 1] for low, high in pairwise(turns)]
 
@@ -317,7 +322,8 @@ def _require_rows(curve: pd.Series, path: Path) -> None:
 
 def _require_tension(curve: pd.Series, path: Path) -> None:
     """Refuse a curve from its zero on that no fabric has in tension."""
-    strain, force = curve.index.to_numpy(dtype=float), curve.to_numpy()
+    strain = curve.index.to_numpy(dtype=float)
+    force = curve.to_numpy()
     most, largest = np.abs(strain).max(), np.abs(force).max()
     if not LEAST_STRAIN < most < LARGEST_STRAIN:
         raise DataFileError(

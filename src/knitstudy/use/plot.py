@@ -115,7 +115,8 @@ def _name(dataset: xr.Dataset) -> str:
 def _cell(history: xr.Dataset, axes: Axes, lateral: Axes, look: Look = LOOKS[0], label: str = "") -> None:
     """Draw the force per width and the lateral strain of a cell over its strain, a cycle with its loss; or pressure."""
     axis = int(history.attrs["axis"])
-    way, across = STRAINS[axis], STRAINS[1 - axis if axis < 2 else 0]
+    way = STRAINS[axis]
+    across = STRAINS[1 - axis if axis < 2 else 0]
     table = curve_table(history)
     if "pressure" in history:
         thickness = 1e3 * history["thickness"]
@@ -138,9 +139,11 @@ def _history(dataset: xr.Dataset, axes: Axes, look: Look = LOOKS[0], label: str 
     if "smallest_gap" in dataset and not touched(dataset):
         axes.text(0.5, 0.95, "nothing touched", transform=axes.transAxes, ha="center", va="top", color=FAINT)
     unit = dataset["force"].attrs.get("units", "N")
-    x, labels = PERCENT * dataset["strain"], {"xlabel": "strain (%)", "ylabel": f"reaction force ({unit})"}
+    x = PERCENT * dataset["strain"]
+    labels = {"xlabel": "strain (%)", "ylabel": f"reaction force ({unit})"}
     if int(dataset.attrs.get("axis", 0)) == 2:  # a pair: its way may go back and forth
-        x, labels = dataset["load"], {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
+        x = dataset["load"]
+        labels = {"xlabel": "load factor (1)", "ylabel": "force along z (N)"}
     axes.plot(x, dataset["force"], look[0], color=look[1], label=label)
     axes.set(**labels)
 
@@ -194,7 +197,8 @@ def draw_loop(dataset: xr.Dataset) -> Figure:
     """Draw a knit's loops, two yarns or a repeat, from the front and from the side, yarns as thick as they are."""
     fabric = fabric_of(dataset)
     assert fabric.loop is not None, "a knit has a loop"
-    loop, diameter = fabric.loop, 2 * MILLIMETRE * fabric.radius
+    loop = fabric.loop
+    diameter = 2 * MILLIMETRE * fabric.radius
     knit = plain_knit(loop, max(2, loop.columns), loop.rows)
     points = [MILLIMETRE * yarn.position(np.linspace(0, yarn.length, 600)) for yarn in knit.centrelines]
     low, high = (pick(np.concatenate(points), axis=0) for pick in (np.min, np.max))

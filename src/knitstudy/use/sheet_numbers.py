@@ -35,7 +35,8 @@ NOT_KNOWN, GIVEN = "not known", "given"
 SLACK = "slack, or the path ended early: see the notes"
 STIFFNESS = "bending stiffness, {}"
 NEEDS_TEX = ("tightness factor", "mass per area")
-SPACINGS, LENGTH = ("wales per cm", "courses per cm", "stitch density"), "length of yarn in a stitch"
+SPACINGS = ("wales per cm", "courses per cm", "stitch density")
+LENGTH = "length of yarn in a stitch"
 THICKNESS_ERROR = 0.012  # of beams of 0.9 radii against 0.45 (docs/notes/beams.md, between plates)
 
 
@@ -95,7 +96,8 @@ def given_numbers(cell: CellOfBeams) -> set[str]:
     scene where this says `pattern.loop_length`, or control points that do not move; a loop that is drawn for its
     spacings alone has the length that makes it bend least.
     """
-    pattern, given = cell.pattern, set[str]()
+    pattern = cell.pattern
+    given = set[str]()
     if cell.load.start == "drawn":
         given |= {*SPACINGS}
     if pattern.loop_length is not None or (
@@ -111,7 +113,8 @@ def construction_rows(
     """Return the construction at rest, of one start and the other."""
     size = cell.pattern.loops, cell.pattern.rows, cell.radius
     starts = [{number.name: number for number in at_rest(history, *size, tex)} for history in histories]
-    rows, given = [], given_numbers(cell)
+    rows = []
+    given = given_numbers(cell)
     for name, number in starts[0].items():
         values = [float(start[name].value) for start in starts]
         error = THICKNESS_ERROR if name == "thickness" else 0.0
@@ -171,7 +174,8 @@ def load_rows(
         unreached = _unreached(curves[way][0], pull, force)
         rows.append(_row(f"{way} energy to {force:g} N/m", energies, "J/m2", unreached))
         forces = force_over_strain(curves[way][0], way)
-        loss, carries = loss_of_cycle(forces), forces.iloc[-1] > 0
+        loss = loss_of_cycle(forces)
+        carries = forces.iloc[-1] > 0
         what = f"of {loss.work:.3g} J/m2, to {loss.peak:.3g} N/m and back" if loss else "it did not come back"
         rows.append(_row(f"{way} loss of a cycle", [PERCENT * loss.share if loss else nan], "%", what))
         what = "or less: the way back ends there" if carries else "least width of the band at rest"
@@ -195,7 +199,8 @@ def bending_rows(bent: Sequence[xr.Dataset], error: float, tied: xr.Dataset | No
 
     Starts other than the first are bent to the front alone: what their slope there differs by is the uncertainty.
     """
-    rows, units = [], ("N m", "N m", "N", "J/m2", "N")
+    rows = []
+    units = ("N m", "N m", "N", "J/m2", "N")
     for k, way in enumerate(STRAINS[:2]):
         starts = [_bent(each.isel(direction=k)) for each in bent]
         fronts = [_slope(_legs(each.isel(direction=k))[0]) for each in bent]
@@ -207,7 +212,9 @@ def bending_rows(bent: Sequence[xr.Dataset], error: float, tied: xr.Dataset | No
             values = [value, *(other for other in others if not isnan(other))]
             rows.append(_row(name.format(way), values, unit, SLACK if isnan(value) else remark))
     if tied is not None:
-        matrix, drawn, front = section_matrix(tied), "drawn loops", "tension in front where positive"
+        matrix = section_matrix(tied)
+        drawn = "drawn loops"
+        front = "tension in front where positive"
         for k, way in enumerate(STRAINS[:2]):
             rows.append(_row(f"bending stiffness, {way}, yarns tied", [matrix[3 + k, 3 + k]], "N m", drawn))
             rows.append(
@@ -253,7 +260,8 @@ def _bent(bent: xr.Dataset) -> dict[str, tuple[float, str]]:
     slopes = np.array([_slope(front), _slope(through, -1.0)])
     between = f"{BENT[0]:g} to {BENT[2]:g} 1/m"
     sides = "mean of front and back" if np.isfinite(slopes).all() else "of the front alone"
-    at, loss = BENT[1], legs[-1]["friction_per_area"]
+    at = BENT[1]
+    loss = legs[-1]["friction_per_area"]
     lost = np.array([_moment(front, at) - _moment(through, at), _moment(home, -at) - _moment(through, -at)])
     slack = nan if isnan(_moment(front, BENT[0])) else 1.0
     moments = np.concatenate([leg["moment_per_width"] for leg in legs])

@@ -230,7 +230,8 @@ def draw_rows(
         return head + wide * max((top - bottom) / (right - left) for left, right, bottom, top in windows)
 
     bottom = foot + sum(map(high, rows))
-    drawing, panels = figure(width, bottom + above), []
+    drawing = figure(width, bottom + above)
+    panels = []
     for row in rows:
         bottom -= high(row)
         for k, picture in enumerate(row):
@@ -251,7 +252,8 @@ def show(axes: Axes, picture: Picture) -> None:
     Raises ConfigurationError when the environment variable KNITSTUDY_DPI names no resolution, and RenderingError when
     VTK cannot render on this machine.
     """
-    share, drawing = axes.get_position(original=True), axes.get_figure(root=True)
+    share = axes.get_position(original=True)
+    drawing = axes.get_figure(root=True)
     assert drawing is not None
     size = INCH * drawing.get_size_inches() * [share.width, share.height]  # mm
     corners = np.reshape(picture.window, (2, 2))  # left and right, bottom and top

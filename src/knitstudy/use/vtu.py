@@ -88,7 +88,8 @@ def grid_of(mesh: SweptMesh | QuadraticMesh, point_fields: Fields = NONE, cell_f
         hexahedra, yarn = mesh.elements, mesh.yarn
         arc_length = np.concatenate(mesh.arc_lengths)[mesh.station]
     else:
-        hexahedra, yarn = mesh.hexahedra, np.repeat(mesh.yarn_of_slice, mesh.section.size)
+        hexahedra = mesh.hexahedra
+        yarn = np.repeat(mesh.yarn_of_slice, mesh.section.size)
         arc_length = np.repeat(mesh.arc_length, mesh.section.size)
     points = {"yarn": yarn, "arc_length [m]": arc_length, **point_fields}
     for name, values in points.items():
@@ -103,7 +104,8 @@ def grid_of(mesh: SweptMesh | QuadraticMesh, point_fields: Fields = NONE, cell_f
 
 def write_mesh(scene: Scene, path: Path | str, geometry: xr.Dataset, mesh: xr.Dataset) -> None:
     """Write the mesh of a scene."""
-    swept, fabric = SweptMesh.from_dataset(mesh), fabric_of(geometry)
+    swept = SweptMesh.from_dataset(mesh)
+    fabric = fabric_of(geometry)
     _write(grid_of(_elements(swept, fabric, scene.value("mesh.element"))), path)
 
 
@@ -129,7 +131,8 @@ def solids(scene: Scene, geometry: xr.Dataset, mesh: xr.Dataset | None, history:
         return spline_grid(scene, fabric, history)
     assert isinstance(scene, HexahedralScene), "solids are divided in one of two ways"
     assert mesh is not None, "hexahedra have a mesh"
-    swept, moved = SweptMesh.from_dataset(mesh), history["node_displacement"].to_numpy()
+    swept = SweptMesh.from_dataset(mesh)
+    moved = history["node_displacement"].to_numpy()
     stress = hexahedral_cell_stress(scene, swept, fabric, moved).mean
     cells = {"von_mises [Pa]": von_mises(stress), "principal_stress [Pa]": principal_axes(stress)[0]}
     return grid_of(_elements(swept, fabric, scene.mesh.element), {SHIFTED: moved}, cells)
@@ -160,7 +163,8 @@ class CurvedCells:
     def of(cls, breaks: list[np.ndarray]) -> CurvedCells:
         """Return the cells of yarns of whose spans the ends are breaks (b,) [m], one array a yarn."""
         shape = QuadraticSection.of(Section.butterfly(CORE, RINGS))
-        section, size = shape.section, shape.section.size
+        section = shape.section
+        size = shape.section.size
         points = np.vstack([section.points, shape.middles])
         quads = np.concatenate([section.quads, size + shape.quad_edges], axis=1)
         centres = np.einsum("n,eni->ei", FACE_CENTRE, points[quads])
@@ -220,7 +224,8 @@ def _fields(
         for low in range(0, len(stations), CHUNK):
             s = stations[low : low + CHUNK]
             parts_of_yarn = stressed_points(yarn, (nodes[own], moved[own]), s, cells.x, material)
-            slope, stress = parts_of_yarn[2], parts_of_yarn[4].reshape(-1, 3, 3)
+            slope = parts_of_yarn[2]
+            stress = parts_of_yarn[4].reshape(-1, 3, 3)
             around = np.einsum("kqic,qc->kqi", slope[..., :2], turn)
             area = np.linalg.norm(np.cross(around, slope[..., 2]), axis=-1).ravel()
             places = (place.reshape(-1, 3) for place in parts_of_yarn[:2])
@@ -248,8 +253,10 @@ def _pressure(
     pressures = np.zeros(len(cells.yarn))
     for number in np.unique(yarn):
         here = yarn == number
-        stations, surface = cells.stations[number], cells.surface(number)
-        rows, columns = _hats(stations, s[here]), _hats(closed, angle[here]).toarray()
+        stations = cells.stations[number]
+        surface = cells.surface(number)
+        rows = _hats(stations, s[here])
+        columns = _hats(closed, angle[here]).toarray()
         columns[:, 0] += columns[:, -1]
         total = rows.T @ ((pressure * share)[here, None] * columns[:, :-1])
         length = np.gradient(stations)

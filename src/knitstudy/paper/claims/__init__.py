@@ -165,7 +165,8 @@ def at_least(
     Without `sense` the bar decides both: a value below it contradicts the claim. With the sign -1 the value must not
     exceed the bar, and must lie below `sense`.
     """
-    text, value = text or (str(value) if isinstance(value, Estimate) else f"{value:.2f}"), _estimate(value)
+    text = text or (str(value) if isinstance(value, Estimate) else f"{value:.2f}")
+    value = _estimate(value)
     signed = Estimate(sign * value.value, value.uncertainty)
     size = direction = signed.above(sign * bar)
     if sense is not None:

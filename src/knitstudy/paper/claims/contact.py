@@ -55,7 +55,8 @@ def _at_snapshot(
         yield from rows
         raise NotRun(f"no increment ends at the strain of point {number} of Fig. 7")
     place = f"contact zones in the centre cell at {100 * centre_cell.SNAPSHOTS[number - 1]:g}% strain"
-    printed, decisive = evidence.printed("fig7", "course isotropic", place), rows.pop(points.index(point))
+    printed = evidence.printed("fig7", "course isotropic", place)
+    decisive = rows.pop(points.index(point))
     passed = bool(test(zones, point.increment, printed))
     yield holds(decisive.quantity, decisive.ours, f"{printed:g}", passed)
     yield from rows
@@ -64,8 +65,10 @@ def _at_snapshot(
 @CLAIMS.add("K3")
 def slope(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the force bends most just after zones come into symmetric contact."""
-    history, contacts = evidence.row("isotropic").history, evidence.contact("isotropic")
-    strain, bends = history["strain"].to_numpy(), largest_bend(history)
+    history = evidence.row("isotropic").history
+    contacts = evidence.contact("isotropic")
+    strain = history["strain"].to_numpy()
+    bends = largest_bend(history)
     first = centre_cell.first_symmetric_contact(contacts)
     # Contact began after the increment before.
     after = first is not None and strain[max(first - 1, 0)] <= bends <= strain[first] + JUST_AFTER
@@ -93,7 +96,8 @@ def largest_bend(history: xr.Dataset) -> float:
 @CLAIMS.add("K4")
 def motion(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the knit contracts and moves out of its plane, symmetrically about its mid line."""
-    row, arcs = evidence.row("isotropic"), evidence.fabric.arcs
+    row = evidence.row("isotropic")
+    arcs = evidence.fabric.arcs
     largest = row[U_Z] / evidence.diameter
     yield at_least("largest |u_z|", largest, "pronounced", PRONOUNCED, sense=0.0, text=f"{largest:.2f} d")
     skew = asymmetry(row.history, None if arcs is None else arcs.yarn)
@@ -108,7 +112,8 @@ def asymmetry(history: xr.Dataset, whole: Ints | None = None) -> float:
 
     `whole` (Y,) holds for every piece in the history the number of its yarn.
     """
-    u_z, yarn = response.motion(history)[-1, :, response.Z], history["yarn"].to_numpy()
+    u_z = response.motion(history)[-1, :, response.Z]
+    yarn = history["yarn"].to_numpy()
     yarn = yarn if whole is None else whole[yarn]
     envelope = np.array([(u_z[yarn == i].min(), u_z[yarn == i].max()) for i in np.unique(yarn)])
     largest = np.abs(u_z).max()
@@ -119,8 +124,10 @@ def asymmetry(history: xr.Dataset, whole: Ints | None = None) -> float:
 def kinematics(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that at every crossing of the centre cell both yarns turn, contract and slide, and contact areas spin."""
     contacts = _with_motions(evidence)
-    here, strain = centre_cell.centre_cell(contacts), float(contacts["strain"][-1])
-    angle, slide = np.degrees(np.arctan(strain)), 1e3 * strain * evidence.diameter
+    here = centre_cell.centre_cell(contacts)
+    strain = float(contacts["strain"][-1])
+    angle = np.degrees(np.arctan(strain))
+    slide = 1e3 * strain * evidence.diameter
     shorter = 100 * CONTRACTS * strain
     sliding = 1e3 * np.abs(contacts["sliding"].to_numpy())[-1, here]
     spin = np.degrees(np.abs(contacts["contact_spin"].to_numpy()))[-1, here]
@@ -163,10 +170,12 @@ def _with_motions(evidence: Evidence) -> xr.Dataset:
 def order_of_motions(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that yarns of the centre cell rotate before they slide."""
     contacts = _with_motions(evidence)
-    here, sliding = centre_cell.centre_cell(contacts), np.abs(contacts["sliding"].to_numpy()).max(axis=-1)
+    here = centre_cell.centre_cell(contacts)
+    sliding = np.abs(contacts["sliding"].to_numpy()).max(axis=-1)
     turned = _half(contacts, centre_cell.rotation_angle(contacts)[:, here])
     slid = _half(contacts, sliding[:, here])
-    later, step = slid[0] - turned[0], max(turned[1], slid[1])
+    later = slid[0] - turned[0]
+    step = max(turned[1], slid[1])
     first = bool(later > 0) if abs(later) > step else None
     yield holds("half of the rotation after half of the sliding", f"{-later:+.2%}", "before", first)
     yield Row("strain at half of the rotation", f"{turned[0]:.2%}")
@@ -176,7 +185,8 @@ def order_of_motions(evidence: Evidence) -> Iterator[Row | Remark]:
 
 def _half(contacts: xr.Dataset, values: Floats) -> tuple[float, float]:
     """Return the first strain at which the mean of values (I, ...) is half of the last one, and its increment."""
-    strain, mean = contacts["strain"].to_numpy(), np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
+    strain = contacts["strain"].to_numpy()
+    mean = np.nan_to_num(values.reshape(len(values), -1)).mean(axis=1)
     last = max(int(np.argmax(mean >= 0.5 * mean[-1])), 1)
     step = slice(last - 1, last + 1)
     return float(np.interp(0.5 * mean[-1], mean[step], strain[step])), float(np.ptp(strain[step]))
@@ -189,7 +199,8 @@ def first_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     first = centre_cell.first_symmetric_contact(contacts)
     strain = np.nan if first is None else float(contacts["strain"][first])
     after, _, until, *_ = centre_cell.SNAPSHOTS
-    printed, met = f"above {after:.2%}, by {until:.2%}", "none" if first is None else f"{strain:.2%}"
+    printed = f"above {after:.2%}, by {until:.2%}"
+    met = "none" if first is None else f"{strain:.2%}"
     yield holds("first symmetric contact at strain", met, printed, after < strain <= until)
     yield Remark(scenes=(evidence.direct["isotropic"],))
 
@@ -256,7 +267,8 @@ def _coefficients(evidence: Evidence) -> dict[str, float]:
 
 def _force(evidence: Evidence, name: str) -> Estimate:
     """Return the force of the reference, or else of the scene, as uncertain as its discretisation is for the base."""
-    base, reference = evidence.direct[evidence.rows[name].scene.interaction], evidence.reference_for(name)
+    base = evidence.direct[evidence.rows[name].scene.interaction]
+    reference = evidence.reference_for(name)
     if not reference.known:
         histories = (evidence.rows[each].history for each in (base, name))
         reference = transferred_uncertainty(evidence.reference_for(base), *histories)
@@ -309,14 +321,17 @@ def untied_rows(evidence: Evidence) -> Iterator[Row | Remark]:
     """
     both = [evidence.row(kind) for kind in ("untied", "isotropic")]
     untied, tied = (row.history for row in both)
-    strain, contacts = response.common_strain([untied, tied]), evidence.contact("untied")
+    strain = response.common_strain([untied, tied])
+    contacts = evidence.contact("untied")
     force = response.stiffness_at(untied, strain) / response.stiffness_at(tied, strain)
     yield at_most("force over that with tied outer rows", force, "less", 1 / COMPARABLE, sense=1.0)
     contacts = contacts.isel(increment=int(np.abs(contacts["strain"].to_numpy() - strain).argmin()))
-    row, slip = contacts["row"].to_numpy(), 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
+    row = contacts["row"].to_numpy()
+    slip = 1e3 * np.nan_to_num(contacts["slip"].to_numpy())
     outer = (row == 0) | (row == row.max())
     moved = 1e3 * np.linalg.norm(contacts["relative_displacement"].to_numpy(), axis=-1)
-    slides, others = moved[outer].mean(), moved[~outer].mean()
+    slides = moved[outer].mean()
+    others = moved[~outer].mean()
     name = "motion past each other, outer over other rows"
     yield at_least(name, slides / others, "slide", COMPARABLE, sense=1.0)
     iterations, usual = (int(history["newton_iterations"].sum()) for history in (untied, tied))

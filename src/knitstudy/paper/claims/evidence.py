@@ -184,7 +184,9 @@ def joined(*notes: str) -> str:
 
 def judge(claim: str, evidence: Evidence) -> Judgement:
     """Judge a claim, or withhold the verdict without results up to the paper's strain."""
-    asked, rows, remark = CLAIMS.find(claim), [], Remark()
+    asked = CLAIMS.find(claim)
+    rows = []
+    remark = Remark()
     try:
         for said in asked.judge(evidence):
             if isinstance(said, Remark):

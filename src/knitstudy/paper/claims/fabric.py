@@ -54,7 +54,8 @@ ALONG = 20.0  # Claim M3: angle up to which a ligament lies along the principal 
 @CLAIMS.add("G1")
 def penetration(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the yarns penetrate each other before the optimisation, and only touch after it."""
-    geometry, radius = evidence.geometry, float(evidence.geometry["radius"])
+    geometry = evidence.geometry
+    radius = float(evidence.geometry["radius"])
     before, after = (
         float(geometry["penetration"].sel(state=state)) / radius for state in ("before", "after")
     )
@@ -74,7 +75,8 @@ def length(evidence: Evidence) -> Iterator[Row | Remark]:
     before, after = (
         loop_of(evidence.geometry, state).curve.segment_lengths() for state in ("before", "after")
     )
-    change, total = after / before - 1, after.sum() / before.sum() - 1
+    change = after / before - 1
+    total = after.sum() / before.sum() - 1
     yield at_most("change of a loop", abs(total), "hardly any", LENGTH_BAR, text=f"{total:+.2%}")
     yield Row("largest change of a Bezier curve", f"{max(change, key=abs):+.2%}")
     yield Row("least change of a Bezier curve", f"{min(change, key=abs):+.2%}")
@@ -116,7 +118,8 @@ def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     # 95 % by Student's t: few sizes are fitted, and may lie on a line by chance
     fitted = float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty
     interval = replace(exponent, uncertainty=max(fitted, series.scattered()))
-    factor, grows = interval.of(lambda value: 10**value), printed[-1] / printed[0]
+    factor = interval.of(lambda value: 10**value)
+    grows = printed[-1] / printed[0]
     ours = f"{factor.value:.0f} ± {factor.uncertainty:.0f}"
     yield comparable("memory of 30 x 30 over that of 3 x 3 cells", factor, grows, ours, f"{grows:.0f}")
     wanted = float(np.polyfit(np.log(SIZES), np.log(printed), 1)[0])
@@ -134,7 +137,8 @@ def exponentially(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that an exponential leaves much less of the unknowns of Table 3 than a power law of the cells in a row."""
     printed = [evidence.printed("3", f"c{n}w{n}", "degrees of freedom") for n in SIZES]
     left = _left(printed)
-    name, texts = "what an exponential leaves of log(unknowns), Table 3", [f"{each:.3f}" for each in left]
+    name = "what an exponential leaves of log(unknowns), Table 3"
+    texts = [f"{each:.3f}" for each in left]
     yield at_most(name, left[0], "less than a power", left[1] / MUCH, sense=left[1], text=texts[0])
     yield Row("what a power law leaves", texts[1])
     yield Row("exponent of the power law", f"{np.polyfit(np.log(SIZES), np.log(printed), 1)[0]:.2f}")
@@ -162,7 +166,8 @@ def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     ratio = evidence.rows[IN_CONTACT][DOF] / evidence.rows[PAPERS_MESH][DOF]
     paper = evidence.printed("3", "c3w3", "degrees of freedom")
     paper /= evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
-    name, texts = "degrees of freedom, contact over ties", (f"{ratio:.2f}", f"{paper:.2f}")
+    name = "degrees of freedom, contact over ties"
+    texts = (f"{ratio:.2f}", f"{paper:.2f}")
     if ratio == 1:
         yield Row(name, *texts, UNDECIDABLE)
     else:
@@ -177,7 +182,8 @@ class Stressed:
     """Stresses with isotropic friction in both tensions, of the deciding discretisation first, and the drawn knit."""
 
     def __init__(self, evidence: Evidence) -> None:
-        self.evidence, self.knit = evidence, evidence.fabric
+        self.evidence = evidence
+        self.knit = evidence.fabric
         self.rows = {
             case.direction: [row for row in (case.dns, *case.others) if "stress" in row.results]
             for case in evidence.cases
@@ -217,12 +223,14 @@ class Stressed:
 @CLAIMS.add("M1")
 def directions(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the maximum principal stress of legs turns from the yarn to the load, as far as in Table 4."""
-    stressed, shown = Stressed(evidence), []
+    stressed = Stressed(evidence)
+    shown = []
     for way in stressed.rows:
         towards = -1 if way == "course" else 1
         turns, theirs = [], []
         for kind in LEGS:
-            angle, line = stressed.angles[way][kind], stressed.drawn[kind]
+            angle = stressed.angles[way][kind]
+            line = stressed.drawn[kind]
             paper = stressed.printed(way)[SEGMENT[kind] - 1]
             turns.append(_turn(angle, line, towards))
             theirs.append(towards * (paper - line))
@@ -251,7 +259,8 @@ def compressed(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the honeycomb by principal stress is compressed along wales in course tension, stretched in wale."""
     stressed = Stressed(evidence)
     for way in stressed.rows:
-        ratio, angles = height_ratio(stressed.knit, stressed.datasets(way)), stressed.printed(way)
+        ratio = height_ratio(stressed.knit, stressed.datasets(way))
+        angles = stressed.printed(way)
         # By the angles of Table 4, through the same formula
         printed = _height(stressed.knit, [angles[1:3].mean(), angles[3:5].mean()])
         sense = ratio.below(1.0) if way == "course" else ratio.above(1.0)

@@ -77,10 +77,12 @@ def out_of_plane(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that in course tension the 3D model's u_z has the reference's size and the DNS's shape; 2D has none."""
 
     def judge(case: Case) -> Iterator[Row]:
-        spatial, planar = case.main["rom3d"], case.main["rom2d"].history
+        spatial = case.main["rom3d"]
+        planar = case.main["rom2d"].history
         shape = case.shape(spatial)
         yield at_least("correlation of u_z", shape, "captured", SAME_SHAPE, sense=0.0, text=f"{shape:.2f}")
-        size, name = case.amplitude(spatial), "amplitude of u_z over the reference's"
+        size = case.amplitude(spatial)
+        name = "amplitude of u_z over the reference's"
         yield comparable(name, size, 1.0, f"{size}", "captured", direction=size.above(0.0))
         flat = case.reference.ratio(planar, response.LARGEST_U_Z, response.out_of_plane(planar))
         yield at_most("largest |u_z| over the reference's, 2D ROM", flat, "none", NONE_AT_ALL)
@@ -118,7 +120,8 @@ def order_of_motion(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the 3D model, like the reference, moves further out of its plane with friction than with ties."""
     cases = [_case(NO_3D, evidence, kind, "rom3d") for kind in ("isotropic", "tie")]
     _require_reference(*cases)
-    models, direct = [case.main["rom3d"] for case in cases], [case.dns for case in cases]
+    models = [case.main["rom3d"] for case in cases]
+    direct = [case.dns for case in cases]
     name = "largest |u_z|, friction over ties"
     yield at_least(f"{name}, 3D ROM", models[0][U_Z] / models[1][U_Z], "> 1", 1.0)
     yield at_least(f"{name}, reference", _over_ties(*cases), "> 1", 1.0)
@@ -128,7 +131,8 @@ def order_of_motion(evidence: Evidence) -> Iterator[Row | Remark]:
 
 def _over_ties(slides: Case, tie: Case) -> Estimate:
     """Return the reference's largest |u_z| with friction over that with ties, at the largest strain with both."""
-    u_z, references = response.LARGEST_U_Z, (slides.reference, tie.reference)
+    u_z = response.LARGEST_U_Z
+    references = (slides.reference, tie.reference)
     strains = set.intersection(*(set(reference.strains(u_z)) for reference in references))
     if not strains:
         return UNKNOWN
@@ -141,7 +145,8 @@ def _over_ties(slides: Case, tie: Case) -> Estimate:
 def order_of_springs(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that of the averaged springs kz is the largest by far; kx > ky in course tension, ky > kx in wale."""
     for case in (cases := _with_contacts(evidence)):
-        way, ours = case.direction, _springs(evidence, case.dns.scene.name)
+        way = case.direction
+        ours = _springs(evidence, case.dns.scene.name)
         printed = _printed_springs(evidence, way)
         ratio, theirs = (of[2] / max(of[:2]) for of in (ours, printed))
         name = f"kz over kx and ky, {way} tension"
@@ -161,7 +166,8 @@ def order_of_springs(evidence: Evidence) -> Iterator[Row | Remark]:
 def values_of_springs(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that the averaged springs have the values of Table 2."""
     for case in (cases := _with_contacts(evidence)):
-        way, name = case.direction, case.dns.scene.name
+        way = case.direction
+        name = case.dns.scene.name
         pairs = zip("xyz", _springs(evidence, name), _printed_springs(evidence, way), strict=True)
         for axis, ours, theirs in pairs:
             quantity = f"k{axis}, {way} tension"
@@ -205,7 +211,8 @@ def same_normals(evidence: Evidence) -> Iterator[Row | Remark]:
     best = min(angles, key=lambda meaning: angles[meaning].mean())
     mean, largest = angles[best].mean(), angles[best].max()
     name, text = "angle between the normals at P1 and P2, mean; largest", "{:.0f}°; {:.0f}°"
-    size, margin = largest <= SAME_NORMAL, SAME_NORMAL / largest if largest else np.inf
+    size = largest <= SAME_NORMAL
+    margin = SAME_NORMAL / largest if largest else np.inf
     yield holds(f"{name}, {best}", text.format(mean, largest), "0°", mean < 45, size, margin)
     for meaning, other in angles.items():
         if meaning != best:
@@ -243,9 +250,11 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
         for quantity in ("degrees of freedom", "memory")
     }
     size = {name: model[DOF] for name, model in models.items()}
-    ours, theirs = {name: model[MEMORY] for name, model in models.items()}, reported["memory"]
+    ours = {name: model[MEMORY] for name, model in models.items()}
+    theirs = reported["memory"]
     for name, model in models.items():
-        label, printed = model_name(model.scene.kind.fidelity), reported["degrees of freedom"][name]
+        label = model_name(model.scene.kind.fidelity)
+        printed = reported["degrees of freedom"][name]
         row = comparable(
             f"degrees of freedom, {label}", size[name], printed, f"{size[name]:,}", f"{printed:,.0f}"
         )
@@ -253,11 +262,13 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
         yield row.uncounted("true by construction") if name != "rom2d" else row.shown
         yield Row(f"memory growth, {label}", f"{ours[name]:.1f} MB", f"{theirs[name]:g} MB")
     unknowns, memory, time = _savings(models["dns"], case)
-    more, name = theirs["dns"] / theirs["rom3d"], "memory growth, DNS over 3D ROM"
+    more = theirs["dns"] / theirs["rom3d"]
+    name = "memory growth, DNS over 3D ROM"
     factor = _of_two_runs(memory)
     yield at_least(name, factor, f"{more:.1f}", more / COMPARABLE, sense=1.0, text=f"{memory:.0f}")
     extra, usual = ((of["rom3d"] - of["rom2d"]) / of["dns"] for of in (ours, theirs))
-    name, share = "memory growth, 3D ROM less 2D ROM over DNS", _of_two_runs(extra)
+    name = "memory growth, 3D ROM less 2D ROM over DNS"
+    share = _of_two_runs(extra)
     yield at_most(name, share, f"{usual:.1%}", MUCH * usual, sense=1.0, text=f"{extra:.1%}")
     counts = reported["degrees of freedom"]
     fewer = counts["dns"] / counts["rom3d"]
@@ -266,10 +277,8 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
     note = (
         "the yarn's length and diameter were inferred from the printed DOF: that part was used in calibration"
     )
-    element, wanted = (
-        models["dns"].scene.metres("mesh.size") or np.nan,
-        evidence.printed("5", REPORTED["dns"], "mesh size"),
-    )
+    element = models["dns"].scene.metres("mesh.size") or np.nan
+    wanted = evidence.printed("5", REPORTED["dns"], "mesh size")
     if not np.isclose(element, wanted):
         raise NotRun(f"elements of {1e3 * element:g} mm, the paper's of {1e3 * wanted:g} mm; {note}")
     yield Remark(note)
@@ -288,7 +297,8 @@ def cost_with_friction(evidence: Evidence) -> Iterator[Row | Remark]:
     if len({made_of(model.scene) for model in direct}) != 1 or len(direct) < 2:
         direct = [case.dns for case in cases]
     for name, ours, theirs in zip(SAVINGS, *map(_savings, direct, cases), strict=True):
-        label, share = f"{name} saved, over that with ties", ours / theirs
+        label = f"{name} saved, over that with ties"
+        share = ours / theirs
         row = comparable(label, share, 1.0, f"{share:.2f}", "similar", direction=ours > 1)
         # Both networks, and both meshes, have the same unknowns; memory scatters too far to be tested.
         yield row if name == SAVINGS[-1] else row.shown
@@ -311,7 +321,8 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     case = _case(lacking, evidence, "isotropic")
     if not (simplest := plain(case.beams)):
         raise NotRun(lacking)
-    beams, ties = simplest[0], simplest[0].scene.value("contact.tied_edges")
+    beams = simplest[0]
+    ties = simplest[0].scene.value("contact.tied_edges")
     if ties != case.dns.scene.value("contact.tied_edges"):
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     _require_reference(case)

@@ -47,18 +47,22 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
         )
 
     def test(sweep: Sweep, keep: str) -> Row:
-        claimed, u_z = "grows" if sign > 0 else "falls", [point.u_z for point in sweep.points]
+        claimed = "grows" if sign > 0 else "falls"
+        u_z = [point.u_z for point in sweep.points]
         name = f"|u_z| {claimed}, {HELD[keep]}, {INTERACTIONS[sweep.interaction]}"
         return trend(name, u_z, sign, claimed)
 
-    main, others = test(held["isotropic"], evidence.held), []
+    main = test(held["isotropic"], evidence.held)
+    others = []
     # The paper does not print what is held: meanings that disagree leave the claim open.
     if evidence.base is None:
         meanings = {keep: _of_reading(evidence, key, keep) for keep in HELD if keep != evidence.held}
         others = [test(of["isotropic"], keep) for keep, of in meanings.items() if "isotropic" in of]
-    grades, note = {row.grade for row in (main, *others)}, ""
+    grades = {row.grade for row in (main, *others)}
+    note = ""
     if CONTRADICTED in grades and grades & {REPRODUCED, DIRECTION}:
-        main, note = replace(main, grade=UNDECIDABLE), "missing is what the paper holds fixed"
+        main = replace(main, grade=UNDECIDABLE)
+        note = "missing is what the paper holds fixed"
     yield main
     others += [test(held[kind], evidence.held) for kind in sorted(held) if kind != "isotropic"]
     yield from (Row(row.quantity, row.ours) for row in others)
@@ -145,7 +149,8 @@ def moment_of_inertia(evidence: Evidence) -> Iterator[Row | Remark]:
     for column, what in ((U_Z, "|u_z|"), (SPIN, "spin")):
         values = _networks(evidence, together)[column]
         yield _trend(f"{what} falls, friction", values, -1, "falls")
-        share, bar = values.iloc[-1] / values.iloc[0], 1 / COMPARABLE
+        share = values.iloc[-1] / values.iloc[0]
+        bar = 1 / COMPARABLE
         name = f"{what} of the stiffest over that of the least stiff yarn, friction"
         yield holds(name, f"{share:.2f}", f"< {bar:.2f}", True, share <= bar, bar / share)
     for kind, sweep in (("isotropic", "torsion alone"), ("isotropic", "bending alone"), ("tie", together)):

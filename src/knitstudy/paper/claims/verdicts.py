@@ -165,7 +165,8 @@ def under_readings(findings: pd.DataFrame, readings: pd.DataFrame) -> list[Findi
             found.append(Finding(reading, dict.fromkeys(usual, NOT_RUN), frozenset(usual)))
             continue
         rows = by_reading[reading.name]
-        verdicts, touched = rows["verdict"].drop(VALUES).to_dict(), rows.index[rows["touched"].astype(bool)]
+        verdicts = rows["verdict"].drop(VALUES).to_dict()
+        touched = rows.index[rows["touched"].astype(bool)]
         both = {claim: {usual[claim], verdict} for claim, verdict in verdicts.items()}
         turned = tuple(claim for claim, pair in both.items() if len(pair) == 2 and pair <= DECIDED)
         lines = (line.rsplit(BETWEEN, 1) for line in rows.loc[VALUES, "measured"].splitlines())
@@ -237,7 +238,8 @@ DATED = {
 def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     """Return in words how many claims are reproduced, by the day of their rules; verdicts may be older than rules."""
     known = dict(zip(verdicts["id"], verdicts["verdict"], strict=True))
-    verdict, counts = rules["id"].map(known).fillna(NOT_RUN), rules["counts"] == COUNTS
+    verdict = rules["id"].map(known).fillna(NOT_RUN)
+    counts = rules["counts"] == COUNTS
     reproduced = counts & (verdict == REPRODUCED)
     dated = rules.loc[reproduced, "dated"].value_counts()
     parts = ", ".join(f"{dated.get(name, 0)} {words}" for name, words in DATED.items())
@@ -245,7 +247,8 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     rose = reproduced & ~before & rules["older verdict"].notna()
     new = reproduced & rules["older verdict"].isna()
     fell = before & verdict.isin(GRADES) & ~reproduced
-    constructed, missing = rules.loc[~counts, "id"], rules.loc[verdict == NOT_RUN, "id"]
+    constructed = rules.loc[~counts, "id"]
+    missing = rules.loc[verdict == NOT_RUN, "id"]
     text = (
         f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
         f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "

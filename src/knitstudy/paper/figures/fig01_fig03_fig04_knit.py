@@ -142,12 +142,14 @@ ZONE: Style = {"s": 26, "facecolor": PAPER, "edgecolor": ACCENT, "linewidth": 1.
 )
 def draw_honeycomb(geometry: xr.Dataset, mesh: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the honeycomb over the undeformed mesh, with the contact zones that are its joints."""
-    knit, swept = fabric_of(geometry), SweptMesh.from_dataset(mesh)
+    knit = fabric_of(geometry)
+    swept = SweptMesh.from_dataset(mesh)
     surfaces = [yarn_of_mesh(swept, i, tint(colour)) for i, colour in enumerate(yarn_colours(knit))]
     picture = Picture(surfaces, FRONT, bounds(surfaces), 5)
     drawing, (axes,) = draw_rows([[picture]], 1.5 * SINGLE, head=0, foot=9.0)
     network = network_2d.planar_network(knit, contacts)
-    nodes, colour = MILLIMETRE * FRONT.project(network.nodes), MODELS["rom2d"].colour
+    nodes = MILLIMETRE * FRONT.project(network.nodes)
+    colour = MODELS["rom2d"].colour
     beams = LineCollection([*nodes[network.ends]], colors=colour, label="beam of the 2D ROM", **BEAM)
     axes.add_collection(beams, autolim=False)
     zones = MILLIMETRE * FRONT.project(contacts["centroid"].to_numpy())

@@ -58,7 +58,8 @@ PLACES: dict[str, tuple[float, float]] = {
 def draw_contact_points(geometry: xr.Dataset, contacts: xr.Dataset) -> Figure:
     """Draw the left side of the middle interlock, with translucent yarns."""
     knit = fabric_of(geometry)
-    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
+    side = InterlockSide.in_the_middle(knit, contacts)
+    radius = knit.radius
     surfaces = [tube(side.P, 0.05 * radius, ACCENT)]
     for yarn, s, colour in zip(side.yarn, side.arc_length.T, side.colours, strict=True):
         span = (s.min() - REACH * radius, s.max() + REACH * radius)
@@ -86,7 +87,8 @@ def corners_of_plane(side: InterlockSide, contact: int, radius: float) -> np.nda
 
     It is a rectangle along P1 P2 that reaches `RIM` radii [m] beyond both P, the arrow and the points C.
     """
-    origin, along = side.P[0], side.P[1] - side.P[0]
+    origin = side.P[0]
+    along = side.P[1] - side.P[0]
     along = along / np.linalg.norm(along)
     frame = np.stack([along, np.cross(side.plane[contact], along)])
     tip = side.P[contact] + ARROW * radius * side.normal[contact]
@@ -138,7 +140,8 @@ class InterlockSide:
                 f"contacts: row {row}, column {column} must have the zones {LEFT_ZONES}, once each"
             )
         pair = np.concatenate(places)
-        points, normal = joint_points(knit, contacts), contact_normals(contacts)
+        points = joint_points(knit, contacts)
+        normal = contact_normals(contacts)
         plane = contact_normal_planes(contacts)
         of_pair = (points.centroid, points.point, points.arc_length, normal, plane)
         yarn = points.yarn[pair[0]]
@@ -159,7 +162,8 @@ def piece(
 
 # ---- Fig. 6
 
-WHOLE, DETAIL = View.orbit(turn=-18, tilt=16), View.orbit(turn=34, tilt=-37)
+WHOLE = View.orbit(turn=-18, tilt=16)
+DETAIL = View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
 REACH_OF_JOINT = 3.2  # how much of the yarns the detail shows on either side of the joint, in radii
 AXIS = 2.0  # length of the directions in the detail, in radii
@@ -179,9 +183,11 @@ PLACES_OF_JOINT: dict[str, tuple[float, float]] = {
 def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
     """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
     knit = fabric_of(geometry)
-    side, radius = InterlockSide.in_the_middle(knit, contacts), knit.radius
+    side = InterlockSide.in_the_middle(knit, contacts)
+    radius = knit.radius
     axes = spring_axes(side.normal, "local")[0]
-    whole, joint = _whole(knit, contacts, rom3d), _joint(knit, side, rom3d, axes)
+    whole = _whole(knit, contacts, rom3d)
+    joint = _joint(knit, side, rom3d, axes)
     pictures = [
         Picture(surfaces, view, bounds(surfaces, view, below), bar, directions=view is WHOLE)
         for surfaces, view, below, bar in ((whole, WHOLE, 3.0, 5), (joint, DETAIL, 0.5, 1))
@@ -199,7 +205,8 @@ def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -
 def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surface]:
     """Return every yarn's chain of straight beams, the arms from the points C to P, and the points C."""
     yarn, position = rom3d["yarn"].to_numpy(), rom3d["centreline"].to_numpy()
-    points, radius = joint_points(knit, contacts), knit.radius
+    points = joint_points(knit, contacts)
+    radius = knit.radius
     surfaces = [
         tube(position[yarn == i], BEAM * radius, colour) for i, colour in enumerate(yarn_colours(knit))
     ]
@@ -212,7 +219,8 @@ def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surfac
 
 def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
     """Return C1 and C3, the arms from there to P1, the beam nodes around, and the axes (3, 3) of its springs."""
-    radius, start = knit.radius, side.P[0]
+    radius = knit.radius
+    start = side.P[0]
     s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
     surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in axes]
     for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):

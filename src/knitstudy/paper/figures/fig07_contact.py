@@ -81,7 +81,8 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     scale = ScalarMappable(Normalize(0, MEGAPASCAL * largest), "plasma")
     for axes, point, (spot, pressure) in zip(panels, points, touching, strict=True):
         order = np.argsort(pressure)
-        at, colours = MILLIMETRE * FRONT.project(spot[order]), scale.to_rgba(MEGAPASCAL * pressure[order])
+        at = MILLIMETRE * FRONT.project(spot[order])
+        colours = scale.to_rgba(MEGAPASCAL * pressure[order])
         for size, colour in ((RIM, PAPER), (DOT, colours)):
             axes.scatter(at[:, 0], at[:, 1], c=colour, s=size, linewidth=0, zorder=5, rasterized=True)
         _point_at_contacts(axes, contacts, cell, point)
@@ -92,9 +93,11 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 
 def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contacts: xr.Dataset) -> None:
     """Draw number and area of contact zones one above the other, and the force to the right."""
-    points, strain = snapshots(contacts), PERCENT * contacts["strain"].to_numpy()
+    points = snapshots(contacts)
+    strain = PERCENT * contacts["strain"].to_numpy()
     area = MILLIMETRE**2 * area_of_cell(contacts)
-    early, onset = strain <= ONSET, force.inset_axes((0.65, 0.22, 0.34, 0.26))
+    early = strain <= ONSET
+    onset = force.inset_axes((0.65, 0.22, 0.34, 0.26))
     # A number of zones holds until the next increment shows another one.
     for axes, at, value, label, steps in (
         (upper, strain, zones_of_cell(contacts), "contact zones (1)", "steps-post"),
@@ -120,7 +123,8 @@ def _draw_curves(upper: Axes, lower: Axes, force: Axes, dns: xr.Dataset, contact
 def _number(axes: Axes, points: Sequence[Snapshot], above: float) -> None:
     """Write the number of each strain, with a thin line to it, at a height in axes, apart from its neighbours."""
     left, right = axes.get_xlim()
-    apart, at = 0.045 * (right - left), -np.inf
+    apart = 0.045 * (right - left)
+    at = -np.inf
     for point in points:
         x = PERCENT * point.strain
         at = max(x, at + apart)
@@ -135,7 +139,8 @@ def deformed_yarns(
 ) -> list[Surface]:
     """Return some yarns of a knit at an increment, displacements true to scale, in pale colours."""
     position = deformed_centrelines(dns, increment)
-    yarn, colours = dns["yarn"].to_numpy(), yarn_colours(knit)
+    yarn = dns["yarn"].to_numpy()
+    colours = yarn_colours(knit)
     return [tube(position[yarn == number], knit.radius, tint(colours[number]), opacity) for number in numbers]
 
 
@@ -153,7 +158,8 @@ def _point_at_contacts(axes: Axes, contacts: xr.Dataset, cell: np.ndarray, point
     look: Style = {"arrowstyle": "-|>", "linewidth": 1.4, "color": ACCENT, "path_effects": HALO}
     for tip in MILLIMETRE * FRONT.project(now["contact_centroid"].to_numpy()[closed]):
         outwards = (tip - middle) / np.linalg.norm(tip - middle)
-        tail, head = tuple(ARROW * outwards), tuple(tip + 0.35 * outwards)
+        tail = tuple(ARROW * outwards)
+        head = tuple(tip + 0.35 * outwards)
         axes.annotate("", head, tail, textcoords="offset points", arrowprops=look, zorder=8)
     if not closed.any():
         write(axes, (0.5, 0.45), "no\ncontact", transform=axes.transAxes)

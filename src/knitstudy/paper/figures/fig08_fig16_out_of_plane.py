@@ -80,7 +80,10 @@ def draw_models(
     geometry: xr.Dataset, scenes: Scenes, reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
     """Draw the deformed yarns of both models at full load, true to scale; an interaction has a scale of colours."""
-    radius, rows, scales, titles = float(geometry["radius"]), [], [], []
+    radius = float(geometry["radius"])
+    rows = []
+    scales = []
+    titles = []
     for kind in SHOWN:
         histories = models[f"{kind}_dns"], models[f"{kind}_rom3d"]
         scales.append(colour_scale(np.concatenate([elevation(history) for history in histories])))
@@ -167,7 +170,8 @@ def draw_motion(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> 
     """Draw contraction and motion over strain, and the knit at full load with the forces on lower yarns."""
     radius = float(geometry["radius"])
     scale = colour_scale(elevation(dns))
-    start, end = dns["centreline"].to_numpy(), deformed_centrelines(dns)
+    start = dns["centreline"].to_numpy()
+    end = deformed_centrelines(dns)
     yarns = [dns["yarn"].to_numpy() == i for i in np.unique(dns["yarn"])]
     before = [tube(start[yarn], radius, tint(FAINT, 0.5), 0.35) for yarn in yarns]
     pale = [tube(end[yarn], radius, tint(FAINT, 0.35)) for yarn in yarns]
@@ -206,7 +210,8 @@ def _draw_curves(drawing: Figure, dns: xr.Dataset) -> None:
 def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
     """Draw forces at the end of the load where yarns touch or are tied, times a sign (K,); none where that is zero."""
     last = contacts.isel(increment=-1)
-    force, spot = sign[:, None] * last["force"].to_numpy(), last["contact_centroid"].to_numpy()
+    force = sign[:, None] * last["force"].to_numpy()
+    spot = last["contact_centroid"].to_numpy()
     size = np.linalg.norm(force, axis=1)
     acting = (size > 0) & np.isfinite(spot).all(axis=1)
     if not acting.any():

@@ -129,9 +129,11 @@ def _crossing(
     knit: Fabric, dns: xr.Dataset, states: xr.Dataset, k: int
 ) -> tuple[Picture, np.ndarray, np.ndarray]:
     """Return the crossing seen along its normal, a diameter (2, 2) of the section, and place and slide (2, 2) [mm]."""
-    state, yarn = states.isel(increment=k), int(states["yarn"])
+    state = states.isel(increment=k)
+    yarn = int(states["yarn"])
     s, at = float(state["arc_length"]), int(state["at"])
-    out, along = state["outwards"].to_numpy(), knit.centrelines[yarn].tangent(np.array([s]))[0]
+    out = state["outwards"].to_numpy()
+    along = knit.centrelines[yarn].tangent(np.array([s]))[0]
     view = View(tuple(-out), tuple(along))
     own = dns.isel(station=dns["yarn"].to_numpy() == yarn)
     position = deformed_centrelines(own, at)
@@ -141,7 +143,8 @@ def _crossing(
     )
     turn = Rotation.from_rotvec(MAGNIFIED * state["section_rotation"].to_numpy())
     across = knit.radius * view.project(turn.apply(np.cross(along, out)))
-    start, slide = view.project(middle), MAGNIFIED * view.project(np.nan_to_num(state["slide"].to_numpy()))
+    start = view.project(middle)
+    slide = MAGNIFIED * view.project(np.nan_to_num(state["slide"].to_numpy()))
     window = window_around(middle[None], 2 * (REACH * MILLIMETRE * knit.radius,), view)
     return (
         Picture(surfaces, view, window, bar=0.0 if k else 1.0, directions=False),
@@ -168,7 +171,8 @@ def _draw_histories(drawing: Figure, contacts: xr.Dataset) -> None:
     room: Style = {"left": 0.125, "right": 0.985, "bottom": 19 / whole, "top": (CURVES - 11) / whole}
     grid = drawing.add_gridspec(len(QUANTITIES), len(SIDES), wspace=0.1, **room)
     panels: Any = grid.subplots(sharex=True, sharey="row")
-    strain, crossings = PERCENT * contacts["strain"].to_numpy(), centre_cell(contacts)
+    strain = PERCENT * contacts["strain"].to_numpy()
+    crossings = centre_cell(contacts)
     for (label, quantity), row in zip(QUANTITIES.items(), panels, strict=True):
         values = np.asarray(quantity(contacts))[:, crossings]
         for side, axes in enumerate(row):

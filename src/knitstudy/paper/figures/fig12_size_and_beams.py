@@ -88,7 +88,8 @@ def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame)
             lines.append(("paper, contact: its law", model.law, ACCENT, ":"))
     for name, law, colour, dash in lines:
         axes.plot(SHOWN, law(SHOWN), color=colour, linestyle=dash)
-        end, above = law(SHOWN[-1]), {"hexahedra, ties": -14, "paper, contact: its law": 6}.get(name, 0)
+        end = law(SHOWN[-1])
+        above = {"hexahedra, ties": -14, "paper, contact: its law": 6}.get(name, 0)
         look: Style = {"textcoords": "offset points", "va": "center", "color": colour}
         axes.annotate(f"{name}: {end / 1e6:.3g} million", (SHOWN[-1], end), (5, above), **look)
     rows = paper[

@@ -87,7 +87,8 @@ def _cell(surfaces: list[Surface], stresses: xr.Dataset) -> tuple[float, float, 
 
 def flow(mesh: SweptMesh, stresses: xr.Dataset) -> tuple[list[Surface], ScalarMappable]:
     """Return yarns with streaks, and the scale of their colours in MPa."""
-    yarns, radius = yarn_fields(mesh, stresses), mesh.radius
+    yarns = yarn_fields(mesh, stresses)
+    radius = mesh.radius
     lines = [streaks(centre, surface, radius) for centre, surface in yarns]
     place, normal, value = (np.concatenate(parts) for parts in zip(*lines, strict=True))
     value = MEGAPASCAL * value
@@ -115,7 +116,8 @@ def yarn_fields(mesh: SweptMesh, stresses: xr.Dataset) -> list[tuple[np.ndarray,
     The fields of a surface over real numbers of layer and angle are place [m], unit normal, Cauchy stress [Pa] as 9
     numbers, and the derivatives of the place by layer and by angle, as the outermost cells have them.
     """
-    section, layered = mesh.section, (-1, len(mesh.section.quads))
+    section = mesh.section
+    layered = (-1, len(mesh.section.quads))
     outer = np.flatnonzero(np.isin(section.quads, section.ring).sum(axis=1) >= 2)
     middle = section.points[section.quads[outer]].mean(axis=1)
     outer = outer[np.argsort(np.arctan2(middle[:, 1], middle[:, 0]))]
@@ -158,7 +160,8 @@ def streaks(
 def _follow(surface: RegularGridInterpolator, spot: np.ndarray, step: float) -> list[np.ndarray]:
     """Return places, normals (k, n + 1, 3) and values (k, n + 1) from spots (k, 2) along the axes, to one side."""
     layers, angles = (grid[-1] for grid in surface.grid)
-    points, ahead = [], None
+    points = []
+    ahead = None
     for _ in range(STEPS + 1):
         spot = np.column_stack([np.clip(spot[:, 0], 0, layers), spot[:, 1] % angles])
         place, normal, stress, *by = np.split(surface(spot), [3, 6, 15, 18], axis=1)

@@ -39,9 +39,11 @@ def tabulate_cells(cells: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 def _cell(row: Simulation) -> dict[str, Any]:
     scene, history = row.scene, row.history
-    kind, free = scene.value("load.deformation"), scene.value("load.lateral") == "free"
+    kind = scene.value("load.deformation")
+    free = scene.value("load.lateral") == "free"
     strain, force = (history[name].to_numpy()[-1] for name in ("cell_strain", "force_per_width"))
-    axis, pulled = AXIS[kind], free and kind in ("course", "wale")
+    axis = AXIS[kind]
+    pulled = free and kind in ("course", "wale")
     rest = dict.fromkeys(MODULI, np.nan)  # of yarns that are not tied and do not touch
     if "membrane_stiffness" in history:
         rest = moduli(history["membrane_stiffness"].to_numpy())
@@ -65,7 +67,8 @@ def _slope(history: xr.Dataset, kind: str, free: bool) -> float:
     """Return the slope of the force along the path of a deformation [N/m]; nan without a tangent."""
     if "tangent_per_width" not in history:
         return np.nan
-    tangent, axis = history["tangent_per_width"].to_numpy()[-1], AXIS[kind]
+    tangent = history["tangent_per_width"].to_numpy()[-1]
+    axis = AXIS[kind]
     # Both strains of a biaxial stretch grow alike.
     way = np.array([1.0, 1.0, 0.0]) if kind == "biaxial" else np.eye(3)[axis]
     driven = way > 0 if free else np.ones(3, dtype=bool)

@@ -88,14 +88,16 @@ class StripLaw(MembraneLaw):
 
     def respond(self, strain: Floats) -> Parts:
         """Return energy, stress and tangent at strains (..., 3)."""
-        a, b = self.axis, 1 - self.axis
+        a = self.axis
+        b = 1 - self.axis
         one, two = np.sqrt(1 + 2 * strain[..., a]), np.sqrt(1 + 2 * strain[..., b])
         (T, dT), (f, df, ddf), (k, dk, ddk) = (
             [curve(one - 1, i) for i in range(many)]
             for curve, many in ((self.force, 2), (self.across, 3), (self.stiffness, 3))
         )
         r = two - 1 - f
-        along, across = T + dk * r**2 / 2 - k * df * r, k * r
+        along = T + dk * r**2 / 2 - k * df * r
+        across = k * r
         stress = np.stack([along / one, across / two, self.shear * strain[..., 2]], axis=-1)
         tangent = np.zeros((*strain.shape, 3))
         tangent[..., 0, 0] = (
@@ -120,7 +122,8 @@ def _curve(x: Floats, y: Floats, before: float = 1.0) -> BSpline:
     at = np.linspace(0, path[-1], KNOTS)
     x, y = (np.interp(at, path, values) for values in (x, y))
     first, last = (np.diff(y) / np.diff(x))[[0, -1]]
-    x, y = np.r_[x[0] - 1, x, x[-1] + 4], np.r_[y[0] - before * first, y, y[-1] + 4 * last]
+    x = np.r_[x[0] - 1, x, x[-1] + 4]
+    y = np.r_[y[0] - before * first, y, y[-1] + 4 * last]
     knots = np.concatenate([[x[0]] * 3, x, [x[-1]] * 3])
     means = (knots[1:-3] + knots[2:-2] + knots[3:-1]) / 3
     return BSpline(knots, np.interp(means, x, y), 3)
@@ -139,14 +142,18 @@ def strip_of(
     cells: Mapping[str, Pulled], sheared: xr.Dataset, yarn: str, stitch: str, direction: str
 ) -> Strip:
     """Return the strip of the specimen's size from cells by their names: free, held and, perhaps, loose."""
-    axis, free, held = DIRECTIONS.index(direction), cells["free"], cells["held"]
+    axis = DIRECTIONS.index(direction)
+    free = cells["free"]
+    held = cells["held"]
     shear = sheared["force_per_width"].to_numpy()[-1, 2] / sheared["cell_strain"].to_numpy()[-1, 2]
-    law, force = StripLaw.of(free, held, axis, float(shear)), 1e3 * np.array(FORCES)
+    law = StripLaw.of(free, held, axis, float(shear))
+    force = 1e3 * np.array(FORCES)
     size = measured("sizes", yarn=yarn, stitch=stitch, direction=direction)
     length, width = (size[name].iloc[0] / 1e3 for name in ("clamp_distance_mm", "width_mm"))
 
     def strain(times: float) -> Floats:
-        far, size = np.nanmax(free.strain), (times * length, width)
+        far = np.nanmax(free.strain)
+        size = (times * length, width)
         try:
             strip = stretch_strip(law, *size, far, axis, elements=ELEMENTS, largest_force=force[-1])
         except ConvergenceError as error:

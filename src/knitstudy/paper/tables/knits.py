@@ -236,7 +236,8 @@ def _rows_of_beams(case: Case) -> Iterator[dict[str, Any]]:
 )
 def tabulate_interactions(geometry: xr.Dataset, **histories: xr.Dataset) -> pd.DataFrame:
     """Return one row an interaction (Figs. 8 and 9), at the largest strain that all have reached."""
-    strain, diameter = response.common_strain(histories.values()), 2 * float(geometry["radius"])
+    strain = response.common_strain(histories.values())
+    diameter = 2 * float(geometry["radius"])
     rows = []
     for name, interaction in INTERACTIONS.items():
         history = histories[name]
@@ -312,7 +313,8 @@ def tabulate_sweeps(
     drawn: Datasets, sweeps: Datasets, scenes: Scenes, reference: pd.DataFrame
 ) -> pd.DataFrame:
     """Return one row a simulation of each sweep; the uncertainty is empty where no error is known."""
-    rows, table = rows_of(scenes, {**drawn, **sweeps}), []
+    rows = rows_of(scenes, {**drawn, **sweeps})
+    table = []
     for path, swept in SWEEPS.items():
         for sweep in sweeps_of(path, rows, reference):
             kind = {
@@ -326,7 +328,8 @@ def tabulate_sweeps(
 
 
 def _point(row: Simulation, u_z: Estimate) -> dict[str, object]:
-    pattern, diameter = row.scene.value("pattern"), row.scene.yarn.diameter
+    pattern = row.scene.value("pattern")
+    diameter = row.scene.yarn.diameter
     return {
         "scene": row.scene.name,
         "course spacing [m]": pattern.course_ratio * pattern.course_spacing,

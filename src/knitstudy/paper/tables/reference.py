@@ -141,13 +141,15 @@ def _refined(values: pd.DataFrame, scenes: Scenes) -> Iterator[tuple[dict[str, A
     simulated = set(values["scene"])
     problems = refinement_series_of(scenes[name] for name in scenes if name in simulated)
     for (problem, every), quantity, strain in product(problems.items(), QUANTITIES, STRAINS):
-        known, refined = by_row.get((quantity, strain), {}), []
+        known = by_row.get((quantity, strain), {})
+        refined = []
         for series in every:
             names = [scene.name for scene in series.scenes]
             if known.keys() >= set(names):
                 refined.append((series, {name: known[name] for name in names}))
         if any(any(of.values()) for _, of in refined):
-            scene, (unit, _) = refined[0][0].scenes[0], QUANTITIES[quantity]
+            scene = refined[0][0].scenes[0]
+            (unit, _) = QUANTITIES[quantity]
             yield (
                 {
                     "problem": problem,

@@ -42,7 +42,8 @@ BOTH_WAYS = "Gauss points to smooth surface, finite sliding, both ways with half
 )
 def tabulate_contact(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd.DataFrame:
     """Return one property a row."""
-    contact, attrs = scenes["dns"].value("contact"), dns.attrs
+    contact = scenes["dns"].value("contact")
+    attrs = dns.attrs
     ratio, stick, friction = (number(paper, "1", "contact", quantity) for quantity in STATED)
     by_penalty = "contact_stiffness" in attrs
     normal = contact.normal_stiffness if by_penalty else NONE
@@ -110,7 +111,9 @@ def tabulate_springs(contacts: Datasets, paper: pd.DataFrame, scenes: Scenes) ->
 
 
 def _rows(simulation: Simulation, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
-    scene, contacts, theirs = simulation.scene, simulation.results["contacts"], _printed(simulation, paper)
+    scene = simulation.scene
+    contacts = simulation.results["contacts"]
+    theirs = _printed(simulation, paper)
     measures = [measure for measure, variable in MEASURES.items() if variable in contacts]
     for measure, (normal, axes) in product(measures, READINGS):
         measured = springs(contacts, measure, axes, normal)

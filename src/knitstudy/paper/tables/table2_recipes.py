@@ -51,9 +51,11 @@ AVERAGES: dict[str, Callable[[Floats, Floats], Any]] = {
 
 def displacements(row: Simulation) -> Iterator[tuple[str, Floats]]:
     """Yield displacements (I, K, 3) [m] of the upper row's side against the lower row's, nan where unknown."""
-    contacts, history = row.results["contacts"], row.history
+    contacts = row.results["contacts"]
+    history = row.history
     zones = contacts["zones"].to_numpy() > 0
-    first, crossings = np.argmax(zones, axis=0), np.arange(zones.shape[1])
+    first = np.argmax(zones, axis=0)
+    crossings = np.arange(zones.shape[1])
     later = (np.arange(len(zones))[:, None] > first)[..., None]
 
     def since_contact(moved: Floats) -> Floats:
@@ -65,7 +67,8 @@ def displacements(row: Simulation) -> Iterator[tuple[str, Floats]]:
         return
     here = (history["contact_crossing"].to_numpy() >= 0) & (history["contact_pressure"].to_numpy() > 0)
     points = {name: history[f"contact_{name}"].to_numpy()[here] for name in POINTS}
-    at, side = points["increment"] * len(crossings) + points["crossing"], points["side"]
+    at = points["increment"] * len(crossings) + points["crossing"]
+    side = points["side"]
 
     def mean(values: Floats, weight: Floats) -> Floats:
         total = np.bincount(at, weight, zones.size)
@@ -89,7 +92,8 @@ def displacements(row: Simulation) -> Iterator[tuple[str, Floats]]:
 def recipes(row: Simulation) -> Iterator[tuple[tuple[Any, ...], Floats]]:
     """Yield displacement, strain, crossings, normal, axes and average of every recipe, and its springs (3,) [N/m]."""
     contacts = row.results["contacts"]
-    strain, zones = row.history["strain"].to_numpy(), contacts["zones"].to_numpy() > 0
+    strain = row.history["strain"].to_numpy()
+    zones = contacts["zones"].to_numpy() > 0
     frames = {frame: spring_axes(contact_normals(contacts, frame[0]), frame[1]) for frame in FRAMES}
     for (between, moved), wanted, (which, chosen) in product(
         displacements(row), STRAINS, crossings_of(contacts).items()

@@ -84,7 +84,8 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
         row: dict[str, Any] = {"model": series.model, "interaction": series.interaction}
         row["cells in a row [1]"] = f"3 to {series.cells[-1]}"
         for column in (DOF, GROWTH, TIME, NEWTON, KRYLOV):
-            name, values = column.name.removesuffix(" growth"), costs[column.head].tolist()
+            name = column.name.removesuffix(" growth")
+            values = costs[column.head].tolist()
             # Direct solvers have no Krylov iterations
             grows = series.growth(values) if np.all(values) else UNKNOWN
             row[f"exponent of {name} [1]"] = grows.value
@@ -188,7 +189,9 @@ def _rows(case: Case, paper: pd.DataFrame) -> Iterator[dict[str, Any]]:
 def _row(
     fidelity: str, model: Simulation, first: Simulation, case: Case, paper: pd.DataFrame
 ) -> dict[str, Any]:
-    history, cost, dns = model.history, model.history.attrs, first.history.attrs
+    history = model.history
+    cost = model.history.attrs
+    dns = first.history.attrs
     ratio = case.ratio(model)
     values = {
         "model": f"{label_of(model.scene)}; {case.label}",

@@ -53,7 +53,8 @@ def tabulate(
 
 
 def _by_stress(simulation: Simulation, paper: pd.DataFrame) -> list[dict[str, Any]]:
-    scene, stresses = simulation.scene, simulation.results["stress"]
+    scene = simulation.scene
+    stresses = simulation.results["stress"]
     direction = scene.value("load.direction")
     honeycomb = f"principal stress, {direction}, {INTERACTIONS[scene.interaction]}, {made_of(scene)}"
     printed = angles_of_stress(paper, direction)

@@ -113,7 +113,8 @@ class Promises:
 
         Raises ConfigurationError where it lies outside of the box, or too few knits have been measured.
         """
-        trade, case = problem.trade, str(problem.case)
+        trade = problem.trade
+        case = str(problem.case)
         if mine := own_rows(problem):
             others = any(row["code"] != physics_digest() for row in mine)
             basis = "on this very knit" + f", by other physics: measure it again ({OWN})" * others
@@ -140,7 +141,9 @@ class Promises:
 
     def settings(self, question: str) -> list[ModelSetting]:
         """Return the model settings that have a promise for a question."""
-        scene, case, settings = self.problem.scene, str(self.problem.case), []
+        scene = self.problem.scene
+        case = str(self.problem.case)
+        settings = []
         bound = max if self.own else self.problem.trade.bound
         for name, keys in self.problem.settings.items():
             of = (case, name, question)
@@ -279,7 +282,8 @@ def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) ->
         allowed = getattr(ask, key)
         if allowed is None:
             continue
-        least, good = min(good, key=price), [setting for setting in good if price(setting) <= allowed]
+        least = min(good, key=price)
+        good = [setting for setting in good if price(setting) <= allowed]
         if not good:
             within = [setting for setting in settings if price(setting) <= allowed]
             cheap = min(within, key=attrgetter("error"), default=None)
@@ -304,7 +308,8 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             table = csv.DictReader(file)
-            rows, missing = list(table), {*COLUMNS} - {*(table.fieldnames or ())}
+            rows = list(table)
+            missing = {*COLUMNS} - {*(table.fieldnames or ())}
         if missing:
             raise ValueError(f"it has no column {', '.join(sorted(missing)[:3])}")
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)

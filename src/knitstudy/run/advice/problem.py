@@ -54,9 +54,13 @@ class Problem:
     @cached_property
     def inputs(self) -> Inputs:
         """The knit without dimensions."""
-        scene, pattern, load = self.scene, self.scene.value("pattern"), self.scene.value("load")
-        d, endless = scene.yarn.diameter, scene.specimen == "cell"
-        course, wale = pattern.course_ratio * pattern.course_spacing / d, pattern.wale_spacing / d
+        scene = self.scene
+        pattern = self.scene.value("pattern")
+        load = self.scene.value("load")
+        d = scene.yarn.diameter
+        endless = scene.specimen == "cell"
+        course = pattern.course_ratio * pattern.course_spacing / d
+        wale = pattern.wale_spacing / d
         peirce = 2 * course + wale + PEIRCE
         return Inputs(
             course,
@@ -153,7 +157,8 @@ class Problem:
         return next(self._outside(), "")
 
     def _outside(self) -> Iterator[str]:
-        box, endless = self.trade.box, self.case.specimen == "cell"
+        box = self.trade.box
+        endless = self.case.specimen == "cell"
         end = self.scene.value("load.strain")
         if self.turns and (
             len(self.turns) > 1 or not 0 <= end <= (1 + 1e-9) * self.trade.cycle.back * self.turns[0]

@@ -24,7 +24,9 @@ DECLARED = CONFIG / "trade.yaml"
 
 UNDECIDED = "spline_yarns"  # Models all knits: the fidelity of a problem before its model is chosen
 
-SPECIMENS, TIED, TOUCHING = ("cut_knit", "cell"), "tied", "touching"
+SPECIMENS = ("cut_knit", "cell")
+TIED = "tied"
+TOUCHING = "touching"
 # Load paths: to one of two ranges of strain, or to the large one and back
 SMALL, LARGE, CYCLE = "small", "large", "cycle"
 
@@ -162,7 +164,8 @@ class Trade(Section):
 
     def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
-        touches, endless = case.yarns == TOUCHING, case.specimen == "cell"
+        touches = case.yarns == TOUCHING
+        endless = case.specimen == "cell"
         interaction = ("rough" if isinf(inputs.friction) else "isotropic") if touches else "tie"
         lacks = {"tie": OF_CONTACT, "rough": ("friction",)}.get(interaction, ())
         peirce = 2 * inputs.course + inputs.wale + PEIRCE

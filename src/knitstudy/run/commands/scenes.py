@@ -66,7 +66,8 @@ def list_scenes(
         return _print_yarns()
     if fidelity is not None:
         MODELS.find(fidelity, "--fidelity")
-    members, defaults = load_families(config), flat(layered_defaults(config))
+    members = load_families(config)
+    defaults = flat(layered_defaults(config))
     families = dict.fromkeys(member.family for member in members.values())
     if family is not None and family not in families:
         raise ConfigurationError(unknown_choice("unknown family", family, family, list(families)))
@@ -202,10 +203,13 @@ def _known_rest(scene: Scene, what: str, config: Path) -> str:
 
 def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes, config: Path) -> None:
     columns = ("unit", "role", "provenance", *(("source", "checked") if sources else ()))
-    defaults, before = defaults_of_fields() | flat(layered_defaults(config)), flat(scene.to_dict())
+    defaults = defaults_of_fields() | flat(layered_defaults(config))
+    before = flat(scene.to_dict())
     with suppress(ConfigurationError):  # only the changes make it a scene
         before = flat(console.changed_scene(what, (), config).to_dict()) if changes else before
-    member, changed, rows = load_families(config).get(what), dict(changes), []
+    member = load_families(config).get(what)
+    changed = dict(changes)
+    rows = []
     yarns = values_of_yarns((member.keys if member else {}) | changed)
     for key, value in flat(scene.to_dict()).items():
         if scene.replaced_by(key):
@@ -301,14 +305,18 @@ def _print_inputs(problem: Problem) -> None:
 
 def _print_plan(choice: Choice) -> None:
     """Print question, choice, basis, front, and the keys that the choice sets."""
-    problem, ask, setting = choice.promises.problem, choice.ask, choice.setting
-    name, interaction = problem.scene.name, word_of(problem.scene.interaction)
+    problem = choice.promises.problem
+    ask = choice.ask
+    setting = choice.setting
+    name = problem.scene.name
+    interaction = word_of(problem.scene.interaction)
     console.say(f"{name}: {ask.question} within {100 * ask.accuracy:g} %, {interaction}")
     console.say(f"take {setting}, for the values you gave, {choice.promises.basis}")
     if offer := without_edges(problem, ask):
         console.say(offer)
     _print_inputs(problem)
-    beside, rows = choice.beside, []
+    beside = choice.beside
+    rows = []
     for option in front(choice.settings):
         price = map(digits, (100 * option.error, option.seconds, option.most_seconds, option.memory))
         other = [digits(100 * beside.get(option.name, nan))] if beside else []

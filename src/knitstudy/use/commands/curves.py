@@ -161,7 +161,8 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     way = {name: named[name] for name in WAY}
     with console.naming(result):
         simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)
-    curve, reach = within(whole, simulated), f"{100 * simulated.index[-1]:.3g} % strain"
+    curve = within(whole, simulated)
+    reach = f"{100 * simulated.index[-1]:.3g} % strain"
     if curve.empty:
         raise DataFileError(f"{measured}: has no point up to {reach}, where {result} ends: simulate more")
     strains = curve.index.to_numpy(dtype=float)
@@ -242,7 +243,8 @@ def fit(
     for key in _stiffnesses(chosen):
         why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
         raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
-    way, turns = {name: named[name] for name in WAY}, chosen.value("load.turns") or ()
+    way = {name: named[name] for name in WAY}
+    turns = chosen.value("load.turns") or ()
     if way["branch"] == "unloading" and not turns:
         raise ConfigurationError(f"scene {chosen.name!r}: has no unloading to fit; set load.turns")
     both = chosen, _pulled(chosen.vary(dict(check)))[0]  # refused before anything is simulated
@@ -251,7 +253,8 @@ def fit(
     curve = within(whole, *(pd.Series(0.0, [0.0, most]) for most in reach))
     if len(curve) < curve_fit.LEAST:
         raise DataFileError(f"{measured}: {curve_fit.LEAST} points are needed; set a larger load.strain")
-    plan, slides = console.plan_with(scene, config), chosen.value(FRICTION) is not None
+    plan = console.plan_with(scene, config)
+    slides = chosen.value(FRICTION) is not None
 
     def simulations(frictions: Iterable[float], more: Mapping[str, Any]) -> dict[float, pd.Series]:
         """Return the curves of all frictions that can be simulated."""

@@ -44,7 +44,8 @@ def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     histories = {name: read_dataset(path) for name, path in zip(names, results, strict=True)}
     _require_one_fabric(results)
     fitted = fabric_law.membrane(histories, error=error)
-    table, half = fitted["value"].to_dataframe().reset_index(), fitted["half_interval"].to_numpy()
+    table = fitted["value"].to_dataframe().reset_index()
+    half = fitted["half_interval"].to_numpy()
     table = table.assign(**{"95 % from": table["value"] - half, "to": table["value"] + half})
     console.print_table(list(table.columns), table.to_numpy())
     rows = [(path, *row) for path, row in zip(histories, fitted["path_error"].to_numpy(), strict=True)]
@@ -119,7 +120,8 @@ def strip(
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain", "law_force"} <= set(fitted.variables):
         raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
-    axis, path = STRAINS.index(direction), output or law.with_name(f"{law.stem}-{direction}.csv")
+    axis = STRAINS.index(direction)
+    path = output or law.with_name(f"{law.stem}-{direction}.csv")
     pulled, free = (
         stretch_strip(law_of(fitted), length, width, strain, axis, clamped) for clamped in (True, False)
     )

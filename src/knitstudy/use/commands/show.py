@@ -120,7 +120,8 @@ def show(
     if plot is not None:
         console.say(f"drawing {plot} ...", err=True)
         with console.naming(file):
-            kind, drawing = kind_of(dataset), draw(*results.values())
+            kind = kind_of(dataset)
+            drawing = draw(*results.values())
         save(drawing, [plot], {kind: dataset}, f"{kind} of {dataset.attrs.get('scene', file.stem)}")
         console.say(f"drawn: {plot}", err=True)
     if curve is not None:
@@ -217,7 +218,8 @@ def _keys(dataset: xr.Dataset, file: Path) -> dict[str, Any]:
 
 def _print_keys(dataset: xr.Dataset, file: Path, config: Path) -> None:
     """Print the keys of a result, first the keys that differ from defaults."""
-    defaults, rows = default_keys(config), []
+    defaults = default_keys(config)
+    rows = []
     for key, value in _keys(dataset, file).items():
         bare = key.rpartition(": ")[2]
         default = defaults.get(bare, "-")
@@ -267,11 +269,13 @@ def export(scene: str, dialect: str, changes: console.Changes, output: Path | No
     from knitstudy.run.plan import Plan
     from knitstudy.run.stages import STAGES
 
-    stage, given = STAGES[DIALECTS[dialect]], Path(scene)
+    stage = STAGES[DIALECTS[dialect]]
+    given = Path(scene)
     if "history" in stage.needs:
         if changes or not console.is_result(scene):
             raise click.UsageError(f"--dialect {dialect} takes the file of a history (.nc), and no --set")
-        history, path = read_dataset(given), output or given.with_suffix(Path(stage.path_pattern).suffix)
+        history = read_dataset(given)
+        path = output or given.with_suffix(Path(stage.path_pattern).suffix)
         chosen, geometry, mesh = console.undeformed(given, history, solids="node_displacement" in history)
         if not stage.of(chosen):
             raise ConfigurationError(f"{scene}: must be of a tied cell for --dialect {dialect}")

@@ -80,13 +80,17 @@ def cell_deck(scene: CellOfSplineYarns, fabric: Fabric) -> deck.Deck:
     inside = np.concatenate([own[2:-2:2, 0] for own in nodes])
     first = len(cells.section.quads) * np.cumsum([0, *(piece.breaks.size - 1 for piece in pieces)])
     parts = zip(pieces, np.split(elements.reshape(-1, 20), first[1:-1]), strict=True)
-    strains, driven = len(used), len(used) + 1
-    lattice, radius, modulus = Lattice(fabric.periods), fabric.radius, scene.yarn.youngs_modulus
+    strains = len(used)
+    driven = len(used) + 1
+    lattice = Lattice(fabric.periods)
+    radius = fabric.radius
+    modulus = scene.yarn.youngs_modulus
     motion, prescribed = cell_path(scene.load, lattice.lengths)
     increments = math.ceil(scene.solver.increments / len(motion.displacement))
     reach = deck.CONTACT_REACH * radius + float(np.abs(motion.displacement).max())
     width = 2 * np.pi * radius / len(cells.section.ring)
-    normal, poisson = PENALTY * modulus / radius, scene.yarn.poisson_ratio
+    normal = PENALTY * modulus / radius
+    poisson = scene.yarn.poisson_ratio
     law = Coulomb(normal, 2 * (1 - poisson) / (2 - poisson) * normal, scene.friction)
     kind = scene.interaction if law.friction else "frictionless"
     drag = DRAG * modulus * np.pi / 4 * radius**4 / (fabric.centrelines[0].length / fabric.repeats) ** 3

@@ -201,5 +201,7 @@ def solid_entries(form: np.ndarray, across: float) -> np.ndarray:
     solid = np.zeros((6, 6))
     plane = [0, 1, 3]
     solid[np.ix_(plane, plane)] = form
-    solid[2, 2], solid[4, 4], solid[5, 5] = across, form[2, 2], form[2, 2]
+    solid[2, 2] = across
+    solid[4, 4] = form[2, 2]
+    solid[5, 5] = form[2, 2]
     return shell_entries(solid)
