@@ -15,9 +15,8 @@ from knitstudy.mechanics.beams.curved_rod import (
     eased_by_pressure,
     section_compliance,
 )
-from knitstudy.mechanics.contact import compliance as rod_patch
 from knitstudy.mechanics.core import basis as disc
-from knitstudy.mechanics.core.cylinder import APART, _beam_patch, cylinder_patch
+from knitstudy.mechanics.core.cylinder import APART, _beam_patch, cylinder_patch, local_compliance
 from knitstudy.mechanics.materials.isotropic import Hencky
 
 NU = 0.42
@@ -208,7 +207,7 @@ def test_small_patch_yields_as_a_half_space_does(verify):
     small, large = 0.15, 0.3
     normal = 16 * (1 - NU**2) / (3 * np.pi**2) * (1 / small - 1 / large)
     exact = normal * np.array([1, (2 - NU) / (2 * (1 - NU)), (2 - NU) / (2 * (1 - NU))])
-    actual = np.subtract(rod_patch.local_compliance(small, NU), rod_patch.local_compliance(large, NU))
+    actual = np.subtract(local_compliance(small, NU), local_compliance(large, NU))
     verify.at_most(
         "patch beside a beam: change with its radius over a half-space's",
         np.abs(actual / exact - 1).max(),

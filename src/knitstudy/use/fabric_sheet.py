@@ -97,8 +97,8 @@ DECKS = (*map(MEMBRANE, LAWS), SHELL)
 ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
 # Wale spacings over those of the scene, course spacings under them, of other loops of the same yarn: friction holds a
-# fabric where its knitting has left it, and fabrics come off machines about a tenth longer or wider than they relax to
-OTHERWISE = (1.1, 1 / 1.1)
+# fabric where its knitting has left it, and fabrics come off machines up to a fifth longer or wider than they relax to
+OTHERWISE = (1.2, 1 / 1.2)
 VERIFIED, ERROR = 0.3, 0.11  # gates.point up to which forces have at most this error (docs/notes/beams.md)
 
 # A load that turns: of bending as well
@@ -111,7 +111,7 @@ CYLINDER = (
 VALUES = tuple(f".{name}" for name in ("youngs_modulus", *OF_BEAMS))  # of yarns, in a note
 BANDS = (
     "Uncertainties are at least the difference to a start without friction at rest and, at rest and in course and wale "
-    "direction, to loops of the same yarn drawn a tenth wider and narrower. A cycle leaves more: see there."
+    "direction, to loops of the same yarn drawn a fifth wider and narrower. A cycle leaves more: see there."
 )
 DRAWN = "The fabric starts from its drawn loops (load.start: drawn): there is no other start."
 KNOWN = f"Uncertainties are at least the error of the model, {100 * ERROR:g} % of the forces."
