@@ -28,8 +28,6 @@ ATTRIBUTES = {
     "loosened": "",
     "slack": "",
     "unstable": "",
-    "scaled_from": "",
-    "scaled_by": "1",
     "dof": "1",
     "unknowns": "1",
     "elements": "1",
