@@ -133,8 +133,10 @@ def solvers(options: argparse.Namespace, folder: Path) -> Rows:
     _measured("write_tangents", scene, folder, options)
     for load in (0, 1):
         for solver in SOLVERS:
-            changed = scene.replace("solver.linear", solver)
-            yield f"{solver}, load {load}", _measured("solve", changed, folder, options, load=load)
+            yield (
+                f"{solver}, load {load}",
+                _measured("solve", scene, folder, options, load=load, solver=solver),
+            )
 
 
 def threads(options: argparse.Namespace, folder: Path) -> Rows:

@@ -41,6 +41,12 @@ from knitstudy.mechanics.core.linear.krylov import Krylov
 from knitstudy.mechanics.core.linear.three_scale import AlgebraicMultigrid, KnitStructure, ThreeScale
 from knitstudy.mechanics.core.model import Stabilisation, transformation
 
+CONTACT_POINTS = 3
+"""Gauss points along each side of a facet or cell: an odd number, as yarns touch first over the middle of a facet.
+
+With 2, contact of a pressed pair begins late (force -13 %); fewer than 3 miss 5 % or more of a wave of pressure as long
+as a cell (24 % with 2, 2.2 % with 3).
+"""
 # Distance up to which pairs of points and surfaces are followed, over the yarn's radius
 MARGIN = 0.3
 
@@ -192,7 +198,7 @@ def assemble(
             parts.contact.law,
             meets=meets,
             free=ties.free,
-            points=parts.contact.points,
+            points=CONTACT_POINTS,
             splits=scene.specimen != "cell",  # cells are solved directly
             margin=MARGIN * parts.mesh.radius,
             overlap=parts.contact.overlap,
@@ -212,7 +218,7 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
         scene=scene,
         model=model,
         prescribed=prescribed,
-        solver=linear_solver(scene.value("solver.linear"), yarns, prescribed),
+        solver=linear_solver("auto", yarns, prescribed),
         settings=settings_of(scene.solver, yarns.touches, yarns.stride),
         motion=motion,
         driven=driven,
@@ -282,7 +288,10 @@ def structure(yarns: SolidYarns, prescribed: PrescribedDisplacement) -> KnitStru
 
 
 def linear_solver(name: str, yarns: SolidYarns, prescribed: PrescribedDisplacement) -> LinearSolver:
-    """Return the linear solver of a scene; `auto` takes three scales, and LU where they fail in a small model."""
+    """Return a linear solver by its name: three_scale, amg, lu, or auto.
+
+    `auto` takes three scales, and LU where they fail in a small model.
+    """
     if name == "lu":
         return LU()
     layout = structure(yarns, prescribed)

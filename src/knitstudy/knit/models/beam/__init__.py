@@ -80,7 +80,7 @@ class _Beams(Scene):
 class Beams(_Beams, Knit):
     """Knits of beams in contact."""
 
-    retired: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
+    implied: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
 
     tie: Tie = section()
     beam: TiedBeamSection = section()
@@ -97,11 +97,7 @@ class CellOfBeams(_Beams, Cell):
         "beam.stiffness": ("yarn.pressing",),
         "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
     }
-    retired: ClassVar = OF_SOLIDS | {
-        "contact.tied_edges": "none",
-        "tie.radius": 0.183,
-        "beam.tie": "patch",
-    }
+    implied: ClassVar = OF_SOLIDS | {"contact.tied_edges": "none", "tie.radius": 0.183}
 
     yarn: SetYarn = section()
     yarn_b: SecondYarn = section()
