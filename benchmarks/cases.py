@@ -11,8 +11,8 @@ import scipy.sparse as sp
 import xarray as xr
 from measure import ready
 
+from knitstudy.datasets import read_dataset, write_dataset
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_dataset, write_dataset
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.history import DIRECTIONS

@@ -26,8 +26,8 @@ import measure
 import pandas as pd
 
 from knitstudy import CellOfBeams, CellOfSplineYarns, CellStrain, Pattern, SetYarn, SolidYarn
+from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import write_table
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.configuration import load_scene, load_scenes
 

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from refusals import refusal
 
-from knitstudy.files import write_dataset
+from knitstudy.datasets import write_dataset
 from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.fabric import Grip, of_curves

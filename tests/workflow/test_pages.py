@@ -13,7 +13,7 @@ import pandas as pd
 import pytest
 from conftest import Checkout
 
-from knitstudy.files import STRAINS, read_dataset
+from knitstudy.datasets import STRAINS, read_dataset
 
 ROOT = Path(__file__).resolve().parents[2]
 NO_WINDOW = {"MPLBACKEND": "agg"}

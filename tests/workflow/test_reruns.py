@@ -7,7 +7,7 @@ import netCDF4
 import pytest
 from conftest import Checkout
 
-from knitstudy.files import recorded_digest
+from knitstudy.datasets import recorded_digest
 
 SHOWN = ("Draw", "Build", "Write the report")
 STIFFER = "stiffness: 10               # E R", "stiffness: 11               # E R"

@@ -16,19 +16,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
-from knitstudy.files import (
+from knitstudy.datasets import (
     REMEDY,
     fault_of,
     provenance,
     read_dataset,
     read_result,
     recorded_digest,
-    require_writable,
     seal,
     with_coordinates,
     write_dataset,
 )
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
+from knitstudy.files import require_writable
 from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
 from knitstudy.knit.scene.scene import LABELS, NOTHING, Scene, flat
 from knitstudy.mechanics.core.batches import serial_blas
