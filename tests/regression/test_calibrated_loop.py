@@ -6,8 +6,9 @@ from calibrate import Candidate, read_problem, residuals, solve
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.mesh.mesher import GROWTH, mesh_fabric
+from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quality import scaled_jacobian
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 

@@ -7,7 +7,8 @@ import pytest
 from refusals import refusal
 
 from knitstudy.knit.geometry.specimens import yarn_pair
-from knitstudy.knit.mesh.mesher import GROWTH, mesh_fabric
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, tie_crossings
 from knitstudy.mechanics.contact.indentation import indentation

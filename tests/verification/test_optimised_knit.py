@@ -6,7 +6,8 @@ import pytest
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.geometry.spline import CatmullRom
-from knitstudy.knit.mesh.mesher import GROWTH, mesh_fabric
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.simulate import build
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.run.configuration import load_scene

@@ -10,7 +10,8 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading import gates
 from knitstudy.knit.loading.run import Run
-from knitstudy.knit.mesh.mesher import GROWTH, mesh_fabric
+from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.simulate import solve
 from knitstudy.knit.yarns.network import RING
 from knitstudy.measures.summary import summarise

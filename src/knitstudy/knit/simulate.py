@@ -15,7 +15,8 @@ from knitstudy.knit.loading.gates import fewest_across, require_elements_across,
 from knitstudy.knit.loading.history import Meter
 from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
-from knitstudy.knit.mesh.mesher import GROWTH, check_shape, mesh_fabric
+from knitstudy.knit.mesh.mesher import check_shape, mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.scene.kinds import MODELS

@@ -16,8 +16,8 @@ from numpy.polynomial import Polynomial
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.specimens import KNITS
-from knitstudy.knit.mesh.mesher import GROWTH, slices_of
-from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.mesher import slices_of
+from knitstudy.knit.mesh.section import GROWTH, Section
 from knitstudy.knit.models.rom2d.build import planar_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
 from knitstudy.knit.yarns.network import spatial_network

@@ -117,8 +117,7 @@ def unknowns(mesh: Any, length: float) -> float:
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / mesh.span
-    from knitstudy.knit.mesh.mesher import GROWTH
-    from knitstudy.knit.mesh.section import nodes_for_size
+    from knitstudy.knit.mesh.section import GROWTH, nodes_for_size
 
     slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (GROWTH * mesh.size)
     nodes = slices * nodes_for_size(2, mesh.size)
