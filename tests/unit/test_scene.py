@@ -236,7 +236,7 @@ def test_models_of_beams_are_the_accurate_ones_unless_a_scene_says_otherwise():
     assert (paper[0].beam.section, paper[0].beam.tie, paper[1].rom.joint) == ("rigid", "rigid", "rigid")
 
 
-@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section", "beam.stiffness"])
+@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section"])
 def test_a_key_that_others_make_idle_is_refused(key):
     fabric = load_scene("fabric-acrylic-rib-course-free")
     with refusal(rf"{key} is not read where .*yarn\.pressing (is|are) given"):

@@ -91,19 +91,17 @@ def simulate(
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     steps = plan.steps_of(scene)
-    store = Store(progress=progress or (lambda label: silent))
-    if folder is not None:
-        store.folder = Path(folder)
-        store.also = (OF_STUDY,)
+    kept = None if folder is None else Path(folder)
+    store = Store(kept, (OF_STUDY,) if kept else (), progress or (lambda label: silent))
     for question in questions(scene):
         log.warning(question)
-    path = store.folder and store.folder / steps["simulation"].path
+    path = kept and kept / steps["simulation"].path
     if path and scene.name not in plan.configured and (anew or not store.holds(steps["simulation"])):
         warn_of_another(scene, path)
     history = store.get(steps["simulation"], anew)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
-    for step in steps.values() if store.folder else ():
+    for step in steps.values() if kept else ():
         if step.wanted and not step.stage.is_dataset:
             store.get(step)
     return Results(scene, history=history, **beside, path=path)

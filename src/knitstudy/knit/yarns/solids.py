@@ -233,12 +233,12 @@ def problem(scene: Scene, fabric: Fabric, yarns: SolidYarns) -> Problem:
 
 def sound(scene: Scene, model: SolidModel) -> Check:
     """Return the check of increments of solid yarns by the gates of a scene."""
-    penalties = "contact.normal_stiffness and tangential_stiffness"
+    harder = "Use a larger contact.normal_stiffness and tangential_stiffness"
     return partial(
         require_sound,
         gates=scene.gates,
         yarn=scene.yarn,
-        stiffness=penalties,
+        harder=harder,
         hourglass=scene.value("solver.hourglass") or 0.0,
         stabilisation=scene.value("solver.stabilisation") or 0.0,
         loaded=model.loaded,

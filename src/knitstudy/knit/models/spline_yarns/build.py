@@ -296,7 +296,6 @@ BEAMS = {
     "mesh.section_law": "curved",
     "beam.section": "hertz",
     "beam.tie": "patch",
-    "beam.stiffness": 10.0,
     "solver.residual_tolerance": 1e-3,
     "solver.correction_tolerance": 1e-3,
 }
