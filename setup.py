@@ -8,7 +8,7 @@ from setuptools.command.build_py import build_py
 
 
 class BuildWithCommit(build_py):
-    """Write ``git describe`` into the file ``COMMIT`` of the package (`knitstudy.files.commit`)."""
+    """Write ``git describe`` into the file ``COMMIT`` of the package (`knitstudy.datasets.commit`)."""
 
     def run(self) -> None:
         """Build, and write the commit where there is one."""

@@ -18,8 +18,8 @@ import sys
 import pandas as pd
 from trade import SAMPLE, SCRATCH
 
+from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError, KnitstudyError
-from knitstudy.files import read_table, write_table
 from knitstudy.run.advice import TRADE_KEPT
 from knitstudy.run.advice.problem import Problem
 from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade

@@ -11,8 +11,8 @@ import scipy.sparse as sp
 import xarray as xr
 from measure import ready
 
+from knitstudy.datasets import read_dataset, write_dataset
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_dataset, write_dataset
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.history import DIRECTIONS
@@ -20,6 +20,7 @@ from knitstudy.knit.loading.run import Run
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.simulate import build, simulate
+from knitstudy.knit.yarns.solids import linear_solver
 from knitstudy.mechanics.core.batches import serial_blas
 from knitstudy.mechanics.core.linear import System
 from knitstudy.mechanics.core.load_path import trace
@@ -143,20 +144,21 @@ def _write_tangent(problem, state, path: Path) -> None:
     np.savez(path, data=tangent.data, indices=tangent.indices, indptr=tangent.indptr, rhs=rhs)
 
 
-def solve(scene: dict, folder: str, load: int) -> dict:
-    """Solve one of the systems to `TOLERANCE` with the scene's linear solver, including its set-up."""
+def solve(scene: dict, folder: str, load: int, solver: str) -> dict:
+    """Solve one of the systems to `TOLERANCE` with a linear solver, including its set-up."""
     wanted = Scene.from_dict(scene)
     problem = build(wanted, *_load(wanted, folder))
+    linear = linear_solver(solver, problem.observer, problem.prescribed)
     with np.load(Path(folder) / f"{load}.npz") as kept:
         rhs = kept["rhs"]
         matrix = sp.bsr_matrix((kept["data"], kept["indices"], kept["indptr"]), shape=2 * rhs.shape)
     ready()
     with serial_blas():
-        problem.solver.use(System(matrix))
-        solution = problem.solver.solve(rhs, TOLERANCE)
+        linear.use(System(matrix))
+        solution = linear.solve(rhs, TOLERANCE)
     return {
         "dof": rhs.size,
         "krylov_iterations": solution.iterations,
-        "setup_s": problem.solver.setup_seconds,
+        "setup_s": linear.setup_seconds,
         "residual": float(np.linalg.norm(rhs - matrix @ solution.x) / np.linalg.norm(rhs)),
     }

@@ -29,7 +29,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.files import read_dataset, read_table, write_table
+from knitstudy.datasets import read_dataset, read_table, write_table
 from knitstudy.knit.loading.run import Progress, ReportProgress
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.plan import Plan

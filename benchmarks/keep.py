@@ -22,8 +22,9 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from matplotlib.figure import Figure
 
+from knitstudy.datasets import STAMP, commit, read_result, read_table, write_table
 from knitstudy.errors import DataFileError, KnitstudyError
-from knitstudy.files import STAMP, commit, read_result, read_table, replacing, write_table, write_text
+from knitstudy.files import replacing, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims import GRADES, NOT_RUN

@@ -19,8 +19,8 @@ import pandas as pd
 from keep import stamped
 from scipy.optimize import brentq
 
+from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import write_table
 from knitstudy.knit.contacts.facets import tied_crossings
 from knitstudy.knit.contacts.kinematics import twist
 from knitstudy.knit.geometry.fabric import Fabric

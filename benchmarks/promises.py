@@ -20,7 +20,7 @@ import pandas as pd
 from keep import stamped
 from trade import SAMPLE
 
-from knitstudy.files import write_table
+from knitstudy.datasets import write_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, Promises, measured_rows
 from knitstudy.run.advice.problem import Problem

@@ -26,8 +26,8 @@ import measure
 import pandas as pd
 
 from knitstudy import CellOfBeams, CellOfSplineYarns, CellStrain, Pattern, SetYarn, SolidYarn
+from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import write_table
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.configuration import load_scene, load_scenes
 
@@ -133,8 +133,10 @@ def solvers(options: argparse.Namespace, folder: Path) -> Rows:
     _measured("write_tangents", scene, folder, options)
     for load in (0, 1):
         for solver in SOLVERS:
-            changed = scene.replace("solver.linear", solver)
-            yield f"{solver}, load {load}", _measured("solve", changed, folder, options, load=load)
+            yield (
+                f"{solver}, load {load}",
+                _measured("solve", scene, folder, options, load=load, solver=solver),
+            )
 
 
 def threads(options: argparse.Namespace, folder: Path) -> Rows:

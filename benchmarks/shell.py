@@ -20,8 +20,8 @@ import pandas as pd
 from keep import stamped
 
 from knitstudy import load_scene, simulate
+from knitstudy.datasets import write_table
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import write_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.beams.laws import LAWS, Law, Patch
 from knitstudy.mechanics.core.arrays import Floats

@@ -22,8 +22,8 @@ from keep import stamped
 from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
+from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import read_table, write_table
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.loop import LoopTarget

@@ -26,8 +26,9 @@ from keep import keep_drawn, stamped
 from matplotlib.figure import Figure
 from sample_points import drawn, points_of
 
+from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
-from knitstudy.files import read_table, write_table, write_text
+from knitstudy.files import write_text
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS

@@ -23,8 +23,8 @@ import xarray as xr
 import yaml
 from scipy.optimize import minimize_scalar
 
+from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import write_table
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.simulations import simulate

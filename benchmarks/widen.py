@@ -17,8 +17,8 @@ import pandas as pd
 from keep import stamped
 
 from knitstudy import load_scene, simulate
+from knitstudy.datasets import write_table
 from knitstudy.errors import ConvergenceError
-from knitstudy.files import write_table
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import read_yarn
 from knitstudy.knit.scene.documents import RESOURCES

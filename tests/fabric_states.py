@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.files import STRAINS, write_table
+from knitstudy.datasets import STRAINS, write_table
 
 PATH = Path(__file__).with_suffix(".csv")
 FORCES = [f"{way}_N_m" for way in STRAINS]

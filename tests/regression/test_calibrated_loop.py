@@ -8,6 +8,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quality import scaled_jacobian
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.run.configuration import CONFIG, knits_of, load_scene, load_scenes
 
 
@@ -69,7 +70,7 @@ def test_angles_hardly_depend_on_the_weights(scene, after, weight):
 
 def test_elements_of_the_mesh_are_well_shaped():
     scene = load_scene("dns-tie-course")
-    fine = mesh_fabric(fabric_of(lay_out(scene)), scene.mesh.size, scene.mesh.growth)
+    fine = mesh_fabric(fabric_of(lay_out(scene)), scene.mesh.size, GROWTH)
     # The section's corners allow 0.86; bending the yarn to 2.3 mm costs next to nothing.
     assert scaled_jacobian(fine.nodes, fine.hexahedra).min() > 0.84
     assert (fine.section.size, fine.section.ring.size) == (41, 16)

@@ -29,9 +29,7 @@ SCENES = yaml.safe_load(RECORDED.with_suffix(".yaml").read_text())
 """Scenes and the keys in which the recorded ones differ from them."""
 
 
-IDLE = {
-    "CellOfBeams": {"beam.section", "beam.stiffness", "geometry.free"}
-}  # a yarn with a law of its own; drawn loops
+IDLE = {"CellOfBeams": {"beam.section", "geometry.free"}}  # a yarn with a law of its own; drawn loops
 """Keys that the scenes here do not read, as other keys make them idle, by class of scenes."""
 
 

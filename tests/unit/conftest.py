@@ -11,7 +11,7 @@ import study
 import yaml
 
 from knitstudy import registry
-from knitstudy.files import read_table
+from knitstudy.datasets import read_table
 from knitstudy.knit.geometry.specimens import yarn_pair
 
 

@@ -141,7 +141,7 @@ def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     plugin(INTERACTIONS, sticky_yarns=STICKY)
     sticky = scene.vary({"interaction": "sticky", "contact.adhesion": 1e5})
     assert sticky.contact.adhesion == 1e5
-    assert sticky.contact.points == scene.replace("interaction", "rough").contact.points
+    assert sticky.contact.augmentations == scene.replace("interaction", "rough").contact.augmentations
     assert sticky.scaled(stiffness=1e-6).contact.adhesion == pytest.approx(0.1)
     assert Scene.from_dict(sticky.to_dict()) == sticky
     with refusal(r"contact\.adhesion is -1 but must be a number from 0 to"):

@@ -10,8 +10,8 @@ from click.testing import CliRunner
 from refusals import REFUSED, refusal
 from sample_points import drawn, points_of
 
+from knitstudy.datasets import write_table
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import write_table
 from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.problem import Problem

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from refusals import REFUSED
 from synthetic import geometry
 
+from knitstudy.datasets import write_dataset
 from knitstudy.errors import ConfigurationError, ConvergenceError, EndedEarly
-from knitstudy.files import write_dataset
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.run.commands.main import main
 from knitstudy.run.commands.run import log_on_console

@@ -9,7 +9,7 @@ import xarray as xr
 from click.testing import CliRunner
 
 from knitstudy import load_scene
-from knitstudy.files import write_dataset
+from knitstudy.datasets import write_dataset
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.lay_out import initial_loop, lay_out
 from knitstudy.knit.geometry.specimens import endless_cell, plain_knit, yarn_pair

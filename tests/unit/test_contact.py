@@ -10,7 +10,7 @@ from tubes import crossing, tube
 
 from knitstudy.knit.mesh.section import drawn_angles
 from knitstudy.knit.models.spline_yarns.build import undeformed_yarns
-from knitstudy.knit.yarns.discretisation import contact_surfaces
+from knitstudy.knit.yarns.discretisation import WINDOW, contact_surfaces
 from knitstudy.mechanics.contact.candidate_pairs import WIDTH, Neighbourhoods
 from knitstudy.mechanics.contact.cylinders import Cylinders
 from knitstudy.mechanics.contact.friction import OPEN, SLIP, STICK, ContactHistory, Coulomb
@@ -206,8 +206,10 @@ def knit(scene, knit_of):
 
 
 def test_crossings_nearer_than_their_windows_are_refused(scene, knit):
-    wide = scene.vary({"contact.window": 4.0})
+    space = undeformed_yarns(scene, knit)[0]
+    contact_surfaces(space, knit, scene.contact.cell, WINDOW)
     thick = replace(knit, radius=2 * knit.radius)
-    space = undeformed_yarns(wide, thick)[0]
-    with refusal(r"two crossings of a yarn are .* contact\.window, 4\.00"):
-        contact_surfaces(space, thick, wide.contact.cell, wide.contact.window)
+    space = undeformed_yarns(scene, thick)[0]
+    contact_surfaces(space, thick, scene.contact.cell, WINDOW)
+    with refusal(r"two crossings of a yarn are .* yarn radii apart: .* up to 4\.00 radii .* thinner yarn"):
+        contact_surfaces(space, thick, scene.contact.cell, 4.0)

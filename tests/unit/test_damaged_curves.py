@@ -12,8 +12,8 @@ import pytest
 from click.testing import CliRunner
 from refusals import READ
 
+from knitstudy.datasets import read_dataset
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import read_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.use.commands import curves
 from knitstudy.use.measured_curve import read_curve

@@ -15,8 +15,8 @@ import pytest
 from click.testing import CliRunner
 from refusals import refusal
 
+from knitstudy.datasets import read_dataset, recorded_digest, write_dataset
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import read_dataset, recorded_digest, write_dataset
 from knitstudy.knit.scene.documents import DEEPEST, LARGEST, parsed
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene

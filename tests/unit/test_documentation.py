@@ -35,7 +35,7 @@ def test_every_physical_key_enters_the_problem_and_no_other():
     for scene in load_scenes().values():
         actual = physics_of(scene).keys()
         expected = {key for key in DESCRIBED if role_of(key) == "physics" and has(scene, key)}
-        expected |= {key for key in scene.kind.part.retired if role_of(key) == "physics"}
+        expected |= scene.kind.part.implied.keys()
         assert actual | {HOW_FAR} == expected | {HOW_FAR}, scene
 
 

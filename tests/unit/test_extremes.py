@@ -9,8 +9,8 @@ import study
 import yaml
 from extremes import CAUSES, KEPT, Trial, cause, draw, judged, load_trials, run
 
+from knitstudy.datasets import read_table
 from knitstudy.errors import ConfigurationError, ConvergenceError, GeometryError
-from knitstudy.files import read_table
 from knitstudy.run.configuration import CONFIG
 
 

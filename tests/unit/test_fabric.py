@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 from refusals import refusal
 
-from knitstudy.files import write_dataset
+from knitstudy.datasets import write_dataset
 from knitstudy.knit.geometry import readers
 from knitstudy.knit.geometry.crossings import crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.fabric import Grip, of_curves
@@ -151,7 +151,7 @@ def test_models_take_any_fabric(plain_scene):
     fabric = replace(fabric, grips={"course": (Grip(wefts, 0 * ends), Grip(wefts, ends))})
     thin = {"yarn.diameter": 2 * RADIUS_FILE, "load.strain": 0.01, "solver.increments": 1}
     scene = plain_scene.vary(thin)
-    solid = scene.vary({"fidelity": "spline_yarns", "mesh.spline_degree": 2})
+    solid = scene.vary({"fidelity": "spline_yarns"})
     beams = scene.vary({"fidelity": "beam", "interaction": "isotropic", "contact.tied_edges": "none"})
     solids = solve_load_path(spline_yarns.build(solid, fabric, sampled_sections(fabric)))
     touching = solve_load_path(beams_in_contact.build(beams, fabric))
@@ -372,7 +372,7 @@ def test_a_plugin_of_one_file_adds_a_reader(tmp_path, plugin):
 
 @pytest.fixture(scope="module")
 def scene(plain_scene):
-    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "spline_yarns", "mesh.spline_degree": 2})
+    return plain_scene.vary({"specimen": "cut_knit", "fidelity": "spline_yarns"})
 
 
 @pytest.fixture(scope="module")

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from refusals import refusal
 
 from knitstudy import fabric_sheet, load_scene
+from knitstudy.datasets import read_dataset, read_table
 from knitstudy.errors import ConvergenceError, KnitstudyError, UnwritableError
-from knitstudy.files import read_dataset, read_table
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.run.commands.main import main

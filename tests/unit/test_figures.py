@@ -14,7 +14,7 @@ from matplotlib.text import Text
 from PIL import Image
 from refusals import refusal
 
-from knitstudy.files import read_table
+from knitstudy.datasets import read_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.lay_out import initial_loop

@@ -15,7 +15,6 @@ from knitstudy.knit.loading.gates import (
     require_apart,
     require_closed_ledger,
     require_elements_across,
-    require_integrated_contact,
     require_lasting_friction,
     require_small_hourglass,
     require_small_viscosity,
@@ -178,13 +177,6 @@ def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, 
         require_elements_across(2 / across, fewest)
     require_elements_across(float(str(caught.value).split(": use ")[1].split()[0]), fewest)
     require_elements_across(2 / needed, fewest)
-
-
-def test_points_that_miss_the_pressure_of_a_cell():
-    for points, missed in ((1, "100%"), (2, "24%")):
-        with refusal(rf"contact\.points is {points}: .*{missed}.*use 3 or more"):
-            require_integrated_contact(points)
-    require_integrated_contact(3)
 
 
 def test_a_mesh_that_does_not_fit_into_memory():

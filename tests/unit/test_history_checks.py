@@ -8,7 +8,7 @@ import xarray as xr
 from history_checks import DEEPEST, faults, is_unloaded, unbalanced_contact
 from synthetic import history
 
-from knitstudy.files import STRAINS
+from knitstudy.datasets import STRAINS
 from knitstudy.knit.loading.history import FORMS
 from knitstudy.measures.response import hourglass_share, ledger_gap, penetration
 from knitstudy.measures.summary import summarise

@@ -18,23 +18,19 @@ import pytest
 import xarray as xr
 from refusals import refusal
 
-from knitstudy.errors import UnwritableError
-from knitstudy.files import (
-    ABANDONED,
+from knitstudy.datasets import (
     VERSIONS,
     commit_of,
-    open_regular,
     read_dataset,
     read_result,
     read_table,
     recorded_digest,
-    replacing,
-    replacing_together,
     seal,
     write_dataset,
     write_table,
-    write_text,
 )
+from knitstudy.errors import UnwritableError
+from knitstudy.files import ABANDONED, open_regular, replacing, replacing_together, write_text
 from knitstudy.run.configuration import load_scene
 
 

@@ -9,8 +9,8 @@ import pytest
 from click.testing import CliRunner
 from refusals import READ, REFUSED, refusal
 
+from knitstudy.datasets import read_dataset, read_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.files import read_dataset, read_table
 from knitstudy.run.commands.main import main
 from knitstudy.use.curve_fit import SIMULATED, fit
 from knitstudy.use.measured_curve import Loss, at, loss_of_cycle, read_curve

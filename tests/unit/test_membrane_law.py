@@ -11,7 +11,7 @@ from fabric_states import cells_of_knits
 from refusals import refusal
 from scipy.optimize import brentq
 
-from knitstudy.files import read_dataset, write_dataset
+from knitstudy.datasets import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan

@@ -4,7 +4,7 @@ import pytest
 from click.testing import CliRunner
 from refusals import refusal
 
-from knitstudy.files import read_dataset
+from knitstudy.datasets import read_dataset
 from knitstudy.knit.geometry.specimens import endless_cell
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.scene.kinds import MODELS, role_of

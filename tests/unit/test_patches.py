@@ -8,6 +8,7 @@ from refusals import refusal
 
 from knitstudy.knit.geometry.specimens import yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.models.hexahedra import build as hexahedra
 from knitstudy.knit.yarns.interactions import STIFFNESS, tie_crossings
 from knitstudy.mechanics.contact.indentation import indentation
@@ -29,7 +30,7 @@ def pair(scene):
 
 @pytest.fixture(scope="module")
 def parts(scene, pair):
-    return hexahedra.discretise(scene, pair, mesh_fabric(pair, scene.mesh.size, scene.mesh.growth))
+    return hexahedra.discretise(scene, pair, mesh_fabric(pair, scene.mesh.size, GROWTH))
 
 
 @pytest.mark.parametrize("rings", [1, 3, 5])

@@ -10,8 +10,8 @@ import pytest
 import xarray as xr
 from refusals import READ, REFUSED, refusal
 
+from knitstudy.datasets import read_dataset, recorded_digest, write_dataset
 from knitstudy.errors import ConvergenceError, DataFileError
-from knitstudy.files import read_dataset, recorded_digest, write_dataset
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.cost import expected_cost
 from knitstudy.run.plan import Plan, with_digits

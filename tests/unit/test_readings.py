@@ -8,8 +8,8 @@ import study
 import synthetic
 from refusals import refusal
 
+from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import read_table, write_table
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
 from knitstudy.knit.geometry.specimens import plain_knit

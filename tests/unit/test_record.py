@@ -9,7 +9,7 @@ from click.testing import CliRunner
 from refusals import REFUSED, refusal
 
 from knitstudy import errors
-from knitstudy.files import read_dataset, write_dataset
+from knitstudy.datasets import read_dataset, write_dataset
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan

@@ -6,7 +6,7 @@ import pytest
 import study
 import synthetic
 
-from knitstudy.files import read_table, write_dataset
+from knitstudy.datasets import read_table, write_dataset
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.measures.reference import problem_of, reference_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane

@@ -15,7 +15,7 @@ from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene, flat, questions
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
-from knitstudy.knit.scene.shared_sections import Friction, Newton
+from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.knit.scene.specimens import Knit
 from knitstudy.run.configuration import load_scene, load_scenes
 
@@ -144,11 +144,11 @@ def test_other_keys_are_not_there(scene):
     assert (seen.name, seen.fidelity, seen.kind) == (scene.name, scene.fidelity, scene.kind)
     assert seen.load == scene.load
     assert seen.mesh.size == scene.mesh.size
-    with pytest.raises(AttributeError, match="growth"):
-        seen.mesh.growth  # noqa: B018
+    with pytest.raises(AttributeError, match="refinement"):
+        seen.mesh.refinement  # noqa: B018
     with pytest.raises(AttributeError, match="'yarn'"):
         seen.yarn  # noqa: B018
-    assert seen.value("mesh.growth") is None
+    assert seen.value("mesh.refinement") is None
 
 
 class Grown(Section):
@@ -160,10 +160,10 @@ class Grown(Section):
 
 
 class GrownKnit(Knit):
-    """A knit with such a section, without a key that it had."""
+    """A knit with such a section, of ties of one radius."""
 
     specimens = ("knit",)
-    retired: ClassVar = {"mesh.size": 0.5, "tie.radius": 0.183}
+    implied: ClassVar = {"tie.radius": 0.183}
     grown: Grown = section()
 
 
@@ -189,14 +189,12 @@ def test_a_new_key_counts_at_other_values_than_its_default_alone(grown):
     assert grown().hash != grown(added=2.0).hash
 
 
-def test_a_retired_key_counts_with_the_value_that_results_were_made_with(grown):
-    assert grown().read(["mesh", "tie.radius"]) == {"mesh": {"size": 0.5}}
-    assert grown().values_of("resolution") == {
-        "mesh.size": 0.5,
-        **{f"solver.{name}": getattr(grown().solver, name) for name in Newton.model_fields},
-    }
-    with refusal(r"mesh\.size is no key of a scene whose .* fidelity growing"):
-        grown().replace("mesh.size", 0.5)
+def test_an_implied_value_belongs_to_the_problem_and_is_no_key(grown):
+    assert grown().read(["tie"]) == {}
+    assert grown().values_of("physics")["tie.radius"] == 0.183
+    assert grown().value("tie.radius") is None
+    with refusal(r"tie\.radius is no key of a scene whose .* fidelity growing"):
+        grown().replace("tie.radius", 0.2)
 
 
 def test_a_scene_is_made_of_what_a_user_says():
@@ -238,7 +236,7 @@ def test_models_of_beams_are_the_accurate_ones_unless_a_scene_says_otherwise():
     assert (paper[0].beam.section, paper[0].beam.tie, paper[1].rom.joint) == ("rigid", "rigid", "rigid")
 
 
-@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section", "beam.stiffness"])
+@pytest.mark.parametrize("key", ["yarn.youngs_modulus", "beam.section"])
 def test_a_key_that_others_make_idle_is_refused(key):
     fabric = load_scene("fabric-acrylic-rib-course-free")
     with refusal(rf"{key} is not read where .*yarn\.pressing (is|are) given"):

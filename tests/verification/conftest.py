@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from keep import stamped
 
-from knitstudy.files import STAMP, write_table
+from knitstudy.datasets import STAMP, write_table
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "test")
 

@@ -77,14 +77,13 @@ def cell():
             "pattern.loops": 1,
             "pattern.rows": 1,
             "mesh.size": 2 / 3,
-            "mesh.growth": 2.5,
             "mesh.element": "quadratic",
             "yarn.material": "st_venant_kirchhoff",
             "solver.increments": 2,
         }
     )
     knit = fabric_of(lay_out(scene))
-    return scene, knit, mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
+    return scene, knit, mesh_fabric(knit, scene.mesh.size, growth=2.5)
 
 
 def test_a_tied_knit_of_c3d20r(cell, tmp_path):

@@ -17,8 +17,9 @@ from pathlib import Path
 
 import pytest
 
+from knitstudy.datasets import read_dataset, write_dataset
 from knitstudy.errors import ConvergenceError, KnitstudyError
-from knitstudy.files import read_dataset, write_dataset, write_text
+from knitstudy.files import write_text
 from knitstudy.knit.loading.run import Run
 from knitstudy.mechanics.core.batches import serial_blas
 from knitstudy.run.cost import expected_cost

@@ -11,6 +11,7 @@ from knitstudy.knit.simulate import build, solve
 from knitstudy.measures.response import ledger_gap
 from knitstudy.mechanics.core.batches import VARIABLE
 from knitstudy.mechanics.core.increment import Settings
+from knitstudy.mechanics.core.linear import LU
 from knitstudy.mechanics.core.load_path import trace
 from knitstudy.run.configuration import load_scene
 
@@ -54,9 +55,9 @@ def test_ledger_of_energies(scene, full, verify):
 def test_newton_converges_quadratically(cell, verify):
     """With exact tangents and exact solves the number of digits doubles, up to rounding."""
     knit, mesh = knit_and_mesh(cell)
-    problem = build(cell.replace("solver.linear", "lu"), knit, mesh=mesh)
+    problem = build(cell, knit, mesh=mesh)
     settings = Settings(increments=1, residual_tolerance=1e-9, correction_tolerance=1e-6, exact=True)
-    *_, end = trace(problem.model, problem.prescribed, settings, problem.solver)
+    *_, end = trace(problem.model, problem.prescribed, settings, LU())
     # Residuals at rounding say nothing about the method. Digits, not steps, are compared: a step that leaves an error
     # along bending after one along stretch has another constant, which digits outgrow.
     digits = np.log([r for r in end.residuals if r > 5e-10])  # rounding leaves 1e-10
@@ -75,7 +76,6 @@ UNTIED = WHOLE | {
     "mesh.size": 2 / 3,
     "load.strain": 0.015,
     "solver.increments": 6,
-    "solver.linear": "three_scale",
 }
 """One coarse cell, none of it tied, in which friction takes an eighth of the work."""
 

@@ -14,7 +14,7 @@ import pytest
 import swatches
 from keep import TARGETS
 
-from knitstudy.files import STAMP
+from knitstudy.datasets import STAMP
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, strip_of

@@ -7,6 +7,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.geometry.spline import CatmullRom
 from knitstudy.knit.mesh.mesher import mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.simulate import build
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.run.configuration import load_scene
@@ -30,7 +31,7 @@ def test_yarns_just_do_not_touch(knit, verify):
 
 
 def test_sizes_of_table_5(scene, knit, verify):
-    mesh = mesh_fabric(knit, scene.mesh.size, scene.mesh.growth)
+    mesh = mesh_fabric(knit, scene.mesh.size, GROWTH)
     verify.within("3 x 3 knit of solids, 0.3 mm: DOF", mesh.nodes.size, 189_513, 0.05)
     network = build(
         load_scene("rom3d-tie-course"), knit, contacts=contacts_of_crossings(knit)

@@ -41,29 +41,3 @@ def test_units_leave_the_dimensionless_answer_alone(case, units, full, verify):
     ):
         error = np.abs(here - there).max() / np.abs(there).max()
         verify.at_most(f"units: {units}: {case}: {message}", error, 1e-10 if units in BINARY else 1e-9)
-
-
-OF_NEWTON = {"residual", "correction"}  # rounding
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_a_kept_history_is_scaled_as_a_run_would_be(case, full, tmp_path):
-    """Every variable and attribute, for a factor that rounds: what has no unit, or a wrong one, would show."""
-    if not full and "network" not in case and case != "endless cell, ties":
-        pytest.skip("takes --full")
-    name, changes = CASES[case]
-    scene = load_scene(name).vary({**changes, "name": "one"})
-    other = scene.scaled(stiffness=1.7).labelled({"name": "other"})
-    simulate(scene, tmp_path)
-    scaled, run = simulate(other, tmp_path).history, simulate(other).history
-    assert scaled.attrs["scaled_by"] == pytest.approx(1.7)
-    costs = {"wall_seconds", "processor_seconds", "memory_growth", "memory_peak"}
-    numbers = {
-        key: value for key, value in run.attrs.items() if isinstance(value, float) and key not in costs
-    }
-    assert {key: scaled.attrs[key] for key in numbers} == pytest.approx(numbers, rel=1e-9, nan_ok=True)
-    for key, variable in run.variables.items():
-        if variable.dtype.kind == "f" and variable.attrs["units"] != "s" and key not in OF_NEWTON:
-            # Couples that vanish by symmetry are rounding of some 1e-19 N m.
-            near = max(1e-8 * np.abs(np.nan_to_num(variable)).max(initial=0.0), 1e-18)
-            assert scaled[key].to_numpy() == pytest.approx(variable.to_numpy(), abs=near, nan_ok=True), key

@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 
-from knitstudy.files import read_dataset
+from knitstudy.datasets import read_dataset
 
 RESULT = "results/simulation/pair-slid-coarse.nc"
 

@@ -6,7 +6,7 @@ import meshio
 import numpy as np
 import pytest
 
-from knitstudy.files import read_dataset
+from knitstudy.datasets import read_dataset
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.run.configuration import load_scenes, load_study
 from knitstudy.run.stages import STAGES

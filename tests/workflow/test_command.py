@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from knitstudy.files import read_dataset
+from knitstudy.datasets import read_dataset
 
 SOURCE = Path(__file__).resolve().parents[2] / "src"
 SMALL = ("--set", "pattern.loops=1", "--set", "pattern.rows=1")

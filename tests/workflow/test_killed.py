@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from knitstudy.files import read_dataset
+from knitstudy.datasets import read_dataset
 
 LOG = "logs/simulation/pair-slid-coarse.log"
 HISTORY = "results/simulation/pair-slid-coarse.nc"

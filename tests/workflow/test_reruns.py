@@ -7,10 +7,10 @@ import netCDF4
 import pytest
 from conftest import Checkout
 
-from knitstudy.files import recorded_digest
+from knitstudy.datasets import recorded_digest
 
 SHOWN = ("Draw", "Build", "Write the report")
-STIFFER = "stiffness: 10               # E R", "stiffness: 11               # E R"
+PINNED = "config/scenes/7-coarse.yaml", "beam.tie: rigid", "beam.tie: pinned"
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def data(jobs):
 
 def test_changes_run_the_stages_that_read_them(checkout, edited):
     """Values of keys, a scene that is changed and one that is added, and the code of all figures."""
-    edited("config/defaults.yaml", *STIFFER)
+    edited(*PINNED)
     edited("config/scenes/7-coarse-pair.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
     added = "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n"
     edited("config/scenes/6-beams.yaml", "scenes:\n", added)
@@ -50,7 +50,7 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
 
 
 def test_code_of_models_runs_every_simulation_and_no_mesh(checkout, edited):
-    edited("src/knitstudy/mechanics/core/newton.py", "\n\n\n", "\n\n\n# A better comment.\n")
+    edited("src/knitstudy/mechanics/core/newton.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = {job for job in checkout.jobs() if job.startswith(("Lay", "Mesh", "Simulate"))}
     assert {"Simulate dns-isotropic-course-coarse", "Simulate dns-tie-course-coarse"} <= jobs
     assert not [job for job in jobs if job.startswith(("Mesh", "Lay"))]
@@ -90,7 +90,7 @@ def test_copies_run_nothing_whatever_their_times_and_else_as_the_study_does(chec
     clone = Checkout(folder)
     (folder / "results" / "geometry" / "pair90.nc").touch()
     assert clone.jobs() == set()
-    clone.rewrite("config/defaults.yaml", *STIFFER)
+    clone.rewrite(*PINNED)
     (folder / "results" / "tables" / "interactions.csv").unlink()
     damaged = folder / "results" / "mesh" / "pair-slid-coarse.nc"
     damaged.write_bytes(damaged.read_bytes()[:2000])

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from knitstudy.files import read_table
+from knitstudy.datasets import read_table
 
 SMALL = yaml.safe_load(Path(__file__).with_name("sample.yaml").read_text())
 BOX = {"loops": [1, 1], "rows": [1, 1], "lateral": ["fixed", "fixed"], "strain": [0.01, 0.05]}

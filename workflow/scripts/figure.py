@@ -1,6 +1,6 @@
 """Draw a figure from the results that it needs."""
 
-from knitstudy.files import seal
+from knitstudy.datasets import seal
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import read_sources

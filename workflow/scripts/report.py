@@ -2,7 +2,8 @@
 
 from pathlib import Path
 
-from knitstudy.files import read_table, seal, write_text
+from knitstudy.datasets import read_table, seal
+from knitstudy.files import write_text
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.paper.report import origins, render, turning_knit
 from knitstudy.registry import load_plugins

@@ -1,6 +1,6 @@
 """Build a table from results and from what the paper prints."""
 
-from knitstudy.files import seal, write_table
+from knitstudy.datasets import seal, write_table
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.report import read_sources
 from knitstudy.registry import load_plugins

@@ -16,6 +16,7 @@ from knitstudy.knit.loading.history import Meter
 from knitstudy.knit.loading.run import IN_MEMORY, Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
 from knitstudy.knit.mesh.mesher import check_shape, mesh_fabric
+from knitstudy.knit.mesh.section import GROWTH
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.scene.kinds import MODELS
@@ -67,7 +68,7 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
         require_elements_across(size, fewest)
         one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)
-        mesh_fabric(one, size, scene.mesh.growth, scene.mesh.refinement)
+        mesh_fabric(one, size, GROWTH, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"
     return "nothing more is judged before a run"
 

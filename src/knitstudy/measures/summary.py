@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from knitstudy.datasets import STRAINS, VERSIONS
 from knitstudy.errors import DataFileError
-from knitstudy.files import STRAINS, VERSIONS
 from knitstudy.knit.geometry.columns import CONTACTS, GEOMETRY, HISTORY, MESH, REST, STRESSES
 from knitstudy.knit.loading.history import FORMS
 from knitstudy.knit.models.beam.cell import hidden_wave
@@ -28,8 +28,6 @@ ATTRIBUTES = {
     "loosened": "",
     "slack": "",
     "unstable": "",
-    "scaled_from": "",
-    "scaled_by": "1",
     "dof": "1",
     "unknowns": "1",
     "elements": "1",

@@ -18,8 +18,8 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from PIL import Image, UnidentifiedImageError
 
+from knitstudy.datasets import STAMP, VERSIONS, read_dataset, read_result, read_table, require_unchanged
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import STAMP, VERSIONS, read_dataset, read_result, read_table, require_unchanged
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.verdicts import counted

@@ -18,8 +18,8 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from knitstudy.datasets import file_digest
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import file_digest
 from knitstudy.knit.scene.documents import RESOURCES, base_of
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.registry import Registry, wings

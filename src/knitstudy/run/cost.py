@@ -47,7 +47,7 @@ START = 10  # Minutes on top, for a start on a busy file system
 MORE_SLICES, MORE_SPANS = 0.65, 0.6
 """Share of a yarn that lies near crossings, where a mesh is refined and spans are shorter."""
 
-UNEVEN = 1.12  # Number of slices over that of elements of the largest length that `mesh.growth` allows
+UNEVEN = 1.12  # Number of slices over that of elements of the largest length, `GROWTH` times the size
 NODES_OF_QUADRATIC = 3.3  # Number of nodes of quadratic hexahedra over that of linear ones
 
 
@@ -117,8 +117,8 @@ def unknowns(mesh: Any, length: float) -> float:
         functions = (degree + 1) * (degree + 2) / 2
         near = 1 + MORE_SPANS * (mesh.span / mesh.crossing_span - 1)
         return 3 * functions * near * length / mesh.span
-    from knitstudy.knit.mesh.section import nodes_for_size
+    from knitstudy.knit.mesh.section import GROWTH, nodes_for_size
 
-    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (mesh.growth * mesh.size)
+    slices = UNEVEN * (1 + MORE_SLICES * (mesh.refinement - 1)) * length / (GROWTH * mesh.size)
     nodes = slices * nodes_for_size(2, mesh.size)
     return 3 * nodes * (NODES_OF_QUADRATIC if elements_of(mesh) == "quadratic" else 1.0)

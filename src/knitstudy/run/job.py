@@ -14,8 +14,9 @@ from io import TextIOWrapper
 from pathlib import Path
 from typing import Any, TextIO
 
+from knitstudy.datasets import provenance
 from knitstudy.errors import KnitstudyError, printable_lines
-from knitstudy.files import open_regular, provenance
+from knitstudy.files import open_regular
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 

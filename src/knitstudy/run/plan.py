@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections import ChainMap
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import NAMELESS, Scene, digest, rounded
-from knitstudy.registry import find, plugin_files
+from knitstudy.knit.scene.scene import NAMELESS, Scene, digest
+from knitstudy.registry import find
 from knitstudy.run.code_digest import code_digest
 from knitstudy.run.configuration import knits_of, scenes_at_need
 from knitstudy.run.cost import Cost, machine_memory
@@ -67,25 +67,9 @@ class Step:
 
         It decides which results are made again, by the workflow and by `simulate`.
         """
-        return self._digest(self.inputs, {name: need.digest for name, need in self.needs.items()})
-
-    def _digest(self, inputs: Mapping[str, Any], needs: Mapping[str, str]) -> str:
         code = code_digest(*self.stage.code)
-        return digest({"stage": self.stage.name, "reads": inputs, "code": code, "needs": needs})
-
-    @cached_property
-    def unit_digest(self) -> str:
-        """Digest with stiffnesses over Young's modulus, which scenes share whose stiffnesses differ by one factor.
-
-        So do their forces: laws, tolerances and gates are over the modulus (tests/verification/test_scaling.py).
-        It is empty where joints come from another scene, of a modulus of its own, and beside plugins of any law.
-        """
-        if self.sources or plugin_files():
-            return ""
-        unit = replace(self, scene=self.scene.scaled(stiffness=1 / self.scene.yarn.youngs_modulus))
-        return self._digest(
-            rounded(unit.inputs, 12), {name: need.unit_digest for name, need in self.needs.items()}
-        )
+        needs = {name: need.digest for name, need in self.needs.items()}
+        return digest({"stage": self.stage.name, "reads": self.inputs, "code": code, "needs": needs})
 
     @property
     def wanted(self) -> bool:

@@ -12,7 +12,6 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import chain
 from multiprocessing import get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -92,22 +91,17 @@ def simulate(
     plan = plan or Plan.of(config)
     scene = plan.labelled(scene)
     steps = plan.steps_of(scene)
-    store = Store(progress=progress or (lambda label: silent))
-    if folder is not None:
-        store.folder = Path(folder)
-        store.also = (OF_STUDY,)
+    kept = None if folder is None else Path(folder)
+    store = Store(kept, (OF_STUDY,) if kept else (), progress or (lambda label: silent))
     for question in questions(scene):
         log.warning(question)
-    path = store.folder and store.folder / steps["simulation"].path
-    if anew or not store.holds(steps["simulation"]):
-        if path and scene.name not in plan.configured:
-            warn_of_another(scene, path)
-        if not anew:
-            store.scale(steps["simulation"])
+    path = kept and kept / steps["simulation"].path
+    if path and scene.name not in plan.configured and (anew or not store.holds(steps["simulation"])):
+        warn_of_another(scene, path)
     history = store.get(steps["simulation"], anew)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
-    for step in steps.values() if store.folder else ():
+    for step in steps.values() if kept else ():
         if step.wanted and not step.stage.is_dataset:
             store.get(step)
     return Results(scene, history=history, **beside, path=path)
@@ -123,9 +117,7 @@ def simulate_many(
 ) -> list[Results | None]:
     """Simulate scenes side by side with a progress bar, and return their results in the same order.
 
-    Results are kept and taken as by `simulate`; where scenes share a name, digits of their hash follow it. Of scenes
-    that differ in Young's modulus, or in all stiffnesses by one factor, one is simulated and the others are `scaled`
-    (attributes `scaled_from`, `scaled_by`).
+    Results are kept and taken as by `simulate`; where scenes share a name, digits of their hash follow it.
 
     Parameters
     ----------
@@ -147,22 +139,18 @@ def simulate_many(
     scenes = [plan.labelled(scene) for scene in scenes]
     names = Counter(name for name, _ in {(scene.name, scene.hash) for scene in scenes})
     scenes = [with_digits(scene) if names[scene.name] > 1 else scene for scene in scenes]
-    alike: dict[str, list[int]] = {}
-    for place, scene in enumerate(scenes):
-        step = plan.step("simulation", scene)
-        alike.setdefault(step.unit_digest or step.digest, []).append(place)
-    groups = [[scenes[place] for place in places] for places in alike.values()]
-    with processes(len(groups), jobs) as pool:  # they begin before the thread of the bar
-        done = pool.map(partial(_results_or_reasons, folder=folder, config=config), groups)
-        bar = track(done, f"{len(scenes)} scenes", len(groups), console=Console(stderr=True))
-        ended = dict(zip(chain(*alike.values()), chain(*bar), strict=True))
-    failed = {scenes[place].name: end for place, end in ended.items() if isinstance(end, str)}
+    different = list(dict.fromkeys(scenes))
+    with processes(len(different), jobs) as pool:  # they begin before the thread of the bar
+        done = pool.map(partial(_results_or_reason, folder=folder, config=config), different)
+        bar = track(done, f"{len(different)} scenes", len(different), console=Console(stderr=True))
+        ended = dict(zip(different, bar, strict=True))
+    failed = {scene.name: end for scene, end in ended.items() if isinstance(end, str)}
     for name, reason in failed.items():
         log.warning("%s: %s", name, reason)
     if failed and errors != "coerce":
         these = f"{len(failed)} of {len(scenes)} scenes failed, {', '.join(failed)}"
         raise KnitstudyError(f"{these}: {next(iter(failed.values()))}; the others are in {folder}")
-    return [None if isinstance(end := ended[place], str) else end for place in range(len(scenes))]
+    return [None if isinstance(end := ended[scene], str) else end for scene in scenes]
 
 
 @contextmanager
@@ -191,12 +179,9 @@ def _begin(threads: int) -> None:
     os.environ[VARIABLE] = str(threads)
 
 
-def _results_or_reasons(scenes: list[Scene], folder: Path | str, config: Path) -> list[Results | str]:
-    """Return the results of scenes, each of which may be scaled from one before, or why there are none."""
-    ended: list[Results | str] = []
-    for scene in scenes:
-        try:
-            ended.append(simulate(scene, folder, config=config))
-        except Exception as error:  # whatever it is: the others go on
-            ended.append(f"{type(error).__name__}: {error}")
-    return ended
+def _results_or_reason(scene: Scene, folder: Path | str, config: Path) -> Results | str:
+    """Return the results of a scene, or why there are none."""
+    try:
+        return simulate(scene, folder, config=config)
+    except Exception as error:  # whatever it is: the others go on
+        return f"{type(error).__name__}: {error}"

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import logging
-import re
 import time
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
@@ -17,19 +16,19 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
-from knitstudy.files import (
+from knitstudy.datasets import (
     REMEDY,
     fault_of,
     provenance,
     read_dataset,
     read_result,
     recorded_digest,
-    require_writable,
     seal,
     with_coordinates,
     write_dataset,
 )
+from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError, EndedEarly, HeldOpenError
+from knitstudy.files import require_writable
 from knitstudy.knit.loading.run import ReportProgress, Run, restart_of, silent
 from knitstudy.knit.scene.scene import LABELS, NOTHING, Scene, flat
 from knitstudy.mechanics.core.batches import serial_blas
@@ -41,7 +40,6 @@ if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
 log = logging.getLogger(__name__)
 
 OF_STUDY = Path("results")  # Where studies leave results, which `simulate` reads and never writes
-UNIT = "unit_digest"  # Attribute of histories: see `Step.unit_digest`
 INCOMPLETE = ".incomplete.nc"  # Suffix of a history that ended before full load
 
 BeginProgress = Callable[[str], ReportProgress]
@@ -112,28 +110,6 @@ class Store:
                 if recorded_digest(path) == step.digest:
                     return True
         return False
-
-    def scale(self, step: Step) -> None:
-        """Write the history of a step where that of a scene is kept whose stiffnesses differ by one factor.
-
-        Studies never do so: which scene comes first would decide about the last digits. Costs are those of the run.
-        """
-        path = self._path(step)
-        if path is None or not step.unit_digest:
-            return
-        for other in sorted(path.parent.glob("[!.]*.nc")):
-            history = None
-            with suppress(DataFileError, HeldOpenError, OSError):  # nobody has asked for this file
-                history = read_result(other) if recorded_digest(other, UNIT) == step.unit_digest else None
-            if history is not None:
-                (keys, _) = keys_of(history, other)
-                digest = history.attrs["digest"]
-                factor = step.scene.yarn.youngs_modulus / keys["yarn"]["youngs_modulus"]
-                history = described(scaled(history, factor), step)
-                history.attrs |= {"scaled_from": f"{keys['name']} {digest}", "scaled_by": factor}
-                write_dataset(history, path, step.scene.name, step.digest)
-                log.info(f"{step}: forces of %s times {factor:.6g}, as all stiffnesses", keys["name"])
-                return
 
     def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset | None:
         """Make a result, write it with its digest if there is a folder, and then delete the restart file.
@@ -264,19 +240,6 @@ def _warn_of_unsound(error: DataFileError) -> None:
     log.warning("%s; it is made again", str(error).removesuffix(f"; {REMEDY}"))
 
 
-STIFFNESSES = "contact_coefficient contact_stiffness stick_stiffness indentation_modulus tie_least_stiffness"
-"""Attributes of histories that are proportional to the modulus: attributes have no units."""
-
-
-def scaled(history: xr.Dataset, factor: float) -> xr.Dataset:
-    """Return a history with all times a factor that has N, J or Pa in its unit: forces, energies, stiffnesses."""
-    units = {name: {*re.split("[ /]", of.attrs.get("units", ""))} for name, of in history.data_vars.items()}
-    forces = [name for name, unit in units.items() if unit & {"N", "J", "Pa"}]
-    known = {name: factor * history.attrs[name] for name in STIFFNESSES.split() if name in history.attrs}
-    times = {name: history[name].copy(data=factor * history[name].to_numpy()) for name in forces}
-    return history.assign(times).assign_attrs(known)
-
-
 def _early(path: Path) -> Path:
     """Return the file of a history that ended before full load, next to that of a whole one."""
     return path.with_suffix(INCOMPLETE)
@@ -306,7 +269,6 @@ def described(dataset: xr.Dataset, step: Step) -> xr.Dataset:
         KEYS: json.dumps(scene.to_dict()),
         SOURCES: json.dumps({name: source.to_dict() for name, source in step.sources.items()}),
     }
-    attributes |= {UNIT: step.unit_digest} if step.stage.restarts else {}
     described = with_coordinates(dataset.assign_attrs(attributes))
     # Functions of the other stages describe their variables themselves, but for names along a dimension.
     own = {"geometry": GEOMETRY, "mesh": MESH}.get(stage, COORDINATES)

@@ -19,8 +19,8 @@ from typing import Any
 
 import pandas as pd
 
+from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError, DataFileError, message_of
-from knitstudy.files import read_table, write_table
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import Progress
 from knitstudy.knit.scene.scene import Scene

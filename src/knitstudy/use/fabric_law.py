@@ -27,8 +27,8 @@ from scipy.linalg import eigh
 from scipy.optimize import nnls, root
 from scipy.stats import t as student
 
+from knitstudy.datasets import STRAINS
 from knitstudy.errors import ConvergenceError, DataFileError
-from knitstudy.files import STRAINS
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import Chosen
 from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings

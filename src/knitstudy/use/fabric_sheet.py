@@ -27,6 +27,7 @@ import pandas as pd
 import xarray as xr
 from matplotlib.figure import Figure
 
+from knitstudy.datasets import STRAINS, code_version, file_digest, write_table
 from knitstudy.errors import (
     ConfigurationError,
     ConvergenceError,
@@ -35,7 +36,7 @@ from knitstudy.errors import (
     UnwritableError,
     message_of,
 )
-from knitstudy.files import STRAINS, code_version, file_digest, replacing_together, write_table, write_text
+from knitstudy.files import replacing_together, write_text
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.loading.solve import UNSTABLE
 from knitstudy.knit.models.beam import CellOfBeams

@@ -23,8 +23,9 @@ import yaml
 from pandas.api.types import is_numeric_dtype
 from scipy.interpolate import PchipInterpolator
 
+from knitstudy.datasets import STRAINS
 from knitstudy.errors import DataFileError
-from knitstudy.files import STRAINS, write_text
+from knitstudy.files import write_text
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.registry import find

@@ -14,8 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+from knitstudy.datasets import STRAINS
 from knitstudy.errors import ConfigurationError, DataFileError
-from knitstudy.files import STRAINS
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.specimens import plain_knit
 from knitstudy.measures.summary import kind_of, require_layout, touched

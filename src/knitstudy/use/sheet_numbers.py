@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
-from knitstudy.files import STRAINS
+from knitstudy.datasets import STRAINS
 from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.measures.construction import at_rest
 from knitstudy.mechanics.core.arrays import Floats

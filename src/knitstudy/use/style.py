@@ -24,8 +24,9 @@ from matplotlib.figure import Figure
 from matplotlib.legend import Legend
 from numpy.typing import NDArray
 
+from knitstudy.datasets import code_version
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import code_version, replacing
+from knitstudy.files import replacing
 
 # It tells at length how it cuts fonts for PDF.
 logging.getLogger("fontTools").setLevel(logging.WARNING)

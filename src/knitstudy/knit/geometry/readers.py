@@ -16,8 +16,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pandas as pd
 
+from knitstudy.datasets import read_dataset, read_table
 from knitstudy.errors import ConfigurationError, DataFileError, printable
-from knitstudy.files import read_dataset, read_table, read_text
+from knitstudy.files import read_text
 from knitstudy.knit.geometry.fabric import Fabric, of_curves
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.loop import TIGHT, LoopTarget

@@ -52,7 +52,7 @@ def require_sound(
     recorder: Recorder,  # with the increment as its last one
     gates: Any,
     yarn: Yarn,
-    stiffness: str = "beam.stiffness",  # keys of the stiffness of contact
+    harder: str = "Use beam.section: hertz",  # remedy where penalties of contact are too soft
     hourglass: float = 0.0,  # of solids: coefficients of hourglass stiffness and of viscosity
     stabilisation: float = 0.0,
     loaded: Callable[[Response], bool] | None = None,  # of solids: whether forces are more than rounding
@@ -70,7 +70,7 @@ def require_sound(
             require_small_hourglass(increment, gates.hourglass, hourglass)
         if resists:
             require_small_viscosity(increment, gates, stabilisation, recorder.columns["reaction"][-1])
-    require_hard_contact(increment, recorder, gates.penalty, stiffness)
+    require_hard_contact(increment, recorder, harder)
     if increment.damped and increment.load >= FIRST:
         shares = increment.damped, internal(increment.response)
         fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
@@ -105,14 +105,17 @@ def stores_work(recorder: Recorder) -> bool:
     return bool(0.5 * work < sum(others) < 2 * work)
 
 
-def require_hard_contact(increment: Increment, recorder: Recorder, limit: float, stiffness: str) -> None:
+MOST_IN_PENALTIES = 0.05  # of the work of a leg of the path, energy of penetration and elastic slip
+
+
+def require_hard_contact(increment: Increment, recorder: Recorder, remedy: str) -> None:
     """Refuse a state in which penetration and elastic slip take up the motion that yarns are to resist.
 
     With prescribed displacements the energy E falls as a compliance c is added, and its slope at c is the energy P
     stored in it, over c. As E is convex in c, all of c takes P / E from the force at least, and at most twice as much
-    where c is below that of the yarns (`require_stiff_contact`). Ends of the path's legs count, as contact begins
+    where c is below that of the yarns (`least_stiffness`). Ends of the path's legs count, as contact begins
     softly, and the work of the leg, as friction resists each.
-    Raises ConvergenceError if the share exceeds a limit, and names the keys of the stiffness of contact.
+    Raises ConvergenceError beyond the share `MOST_IN_PENALTIES`, and names the remedy.
     """
     stored = increment.response.energy.get("numerical", 0.0)
     columns = recorder.columns
@@ -125,8 +128,12 @@ def require_hard_contact(increment: Increment, recorder: Recorder, limit: float,
     energy = np.array(columns["energy"])
     before = energy[first, FORMS.index("penalty")] if leg > 1 else 0.0
     work = float(np.abs(np.diff(energy[first:, 0])).sum())
-    fact = "penetration and elastic slip of contact have taken {} the work, and at least as much of the force"
-    require_share(increment, "penalty", limit, stored - before, work, fact, f"Use a larger {stiffness}")
+    taken = stored - before
+    if taken > MOST_IN_PENALTIES * work:
+        raise ConvergenceError(
+            f"increment {increment.index}: penetration and elastic slip of contact have taken {times(taken, work)} "
+            f"the work, and at least as much of the force; {MOST_IN_PENALTIES:.0%} is allowed. {remedy}"
+        )
 
 
 def require_fine_beams(limit: float | None, size: float, stiffer: float) -> None:
@@ -142,47 +149,14 @@ def require_fine_beams(limit: float | None, size: float, stiffer: float) -> None
         raise MeshError(refusal(fact, "polygon", f"{limit:.1%}", f"Use {fits:.2g} or less"))
 
 
-def require_stiff_contact(key: str, stiffness: float | None, poisson: float, patch: float) -> None:
-    """Refuse a penalty that is softer than the yarns: MeshError that names the least value of its key.
+def least_stiffness(poisson: float, patch: float) -> float:
+    """Return the least penalty, over Young's modulus and a size, that is as stiff as the yarns of a Poisson's ratio.
 
     Two half spaces give way along a round patch of radius a by (2 - nu) / (4 G a) (Mindlin 1949), a penalty k E / h by
     h / (k E pi a^2), and k E sqrt(R) delta^1.5 of beams, of which delta = a^2 / R, by 1 / (1.5 k E a): `patch` is
     pi a / h or 1.5.
     """
-    least = 2 / ((2 - poisson) * (1 + poisson) * patch)
-    if stiffness is not None and stiffness < least:
-        fact = f"{key} is {stiffness:g}: contact would be softer than yarns are there"
-        raise MeshError(f"{fact}; use {least:.2g} or more")
-
-
-def require_seen_contact(points: int, penetration: float, size: float, radius: float) -> None:
-    """Refuse points of contact between which yarns of a radius [m] penetrate each other unseen.
-
-    On facets of a size [m] the yarns meet over the middle of one; the next point lies d to either side of it, where the
-    gap of crossed cylinders is d^2 / R wider. Raises MeshError if this exceeds the allowed penetration [size].
-    """
-    allowed = penetration * size
-    off = np.abs(np.polynomial.legendre.leggauss(points)[0]).min() * size / 2
-    if (unseen := off**2 / radius) > allowed:
-        raise MeshError(
-            f"contact.points is {points}: yarns penetrate each other by {unseen / size:.2%} of a facet before a point "
-            f"touches, and contact.penetration allows {allowed / size:.2%}: use an odd number, which has a point there"
-        )
-
-
-# Share of a wave of pressure as long as a cell that Gauss points may miss; 1 to 4 a side miss all, 24, 2.2 and 0.1 %
-MISSED = 0.05
-
-
-def require_integrated_contact(points: int) -> None:
-    """Refuse points of contact that are too few for the pressure of solid yarns; MeshError beyond `MISSED`."""
-    place, weight = np.polynomial.legendre.leggauss(points)
-    missed = abs(weight @ np.cos(np.pi * place)) / 2
-    if missed > MISSED:
-        raise MeshError(
-            f"contact.points is {points}: forces of contact would change by some per cent with where its cells lie "
-            f"({missed:.0%} of a wave of pressure are missed); use 3 or more"
-        )
+    return 2 / ((2 - poisson) * (1 + poisson) * patch)
 
 
 def loosened(gates: Section, fewest: float | None = None) -> str:

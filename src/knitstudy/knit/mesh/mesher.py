@@ -12,7 +12,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
-from knitstudy.knit.mesh.section import UNIFORM, Grading, Section, Spacing, place_slices
+from knitstudy.knit.mesh.section import GROWTH, UNIFORM, Grading, Section, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.core.arrays import Floats, Ints
@@ -24,7 +24,7 @@ PATCH = 0.5  # of full refinement: half of a patch, and the length that it slide
 PATCH_RAMP = 1.0  # over which the refinement then ends
 
 ACROSS = 6  # elements over the diameter of sampled sections, and as close along the yarn near crossings
-GROWTH = 3.0  # distance of sampled sections away from crossings over that near them
+SAMPLED_GROWTH = 3.0  # distance of sampled sections away from crossings over that near them
 # Lengths in radii that are none: of a surface node over the middle plane of a yarn, of a slice from a grip's end.
 ROUNDING = 1e-6
 
@@ -101,7 +101,7 @@ def sampled_sections(fabric: Fabric) -> SweptMesh:
     section = Section.for_size(2 * radius, size)
     swept = {}
     for yarn in np.unique(fabric.copy_of).tolist():
-        spacing = crossing_spacing(fabric, yarn, size, GROWTH)
+        spacing = crossing_spacing(fabric, yarn, size, SAMPLED_GROWTH)
         swept[yarn] = sweep([fabric.centrelines[yarn]], section, radius, spacing, fabric.repeats)
     return _side_by_side([swept[one] for one in fabric.copy_of.tolist()], fabric.shift)
 
@@ -130,7 +130,7 @@ def _side_by_side(meshes: list[SweptMesh], shift: Floats) -> SweptMesh:
 def mesh_scene(scene: Scene, fabric: Fabric) -> SweptMesh:
     """Mesh a scene's fabric with hexahedra, as its keys say."""
     keys = scene.value("mesh")
-    return mesh_fabric(fabric, keys.size, keys.growth, keys.refinement, load_of(scene))
+    return mesh_fabric(fabric, keys.size, GROWTH, keys.refinement, load_of(scene))
 
 
 def mesh(scene: Scene, geometry: xr.Dataset) -> xr.Dataset:

@@ -78,9 +78,9 @@ class Part(Labels):
     """Of a model: whether yarns in contact have to be able to slip."""
     idle_beside: ClassVar[Mapping[str, tuple[str, ...]]] = {}
     """Of a model: dotted keys that it does not read where other keys are all given."""
-    retired: ClassVar[Mapping[str, Any]] = {}
-    """Values by dotted key that results were made with before the key was taken from these scenes: a key that nothing
-    reads. They keep digests of results, and problems, what they were."""
+    implied: ClassVar[Mapping[str, Any]] = {}
+    """Of a model: values by dotted key of physical keys that its scenes do not have, as it knows one value alone. They
+    belong to the physical problem."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -136,7 +136,7 @@ class Scene(Part):
         labels = {name: keys[name] for name in Labels.model_fields if name in keys}
         kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
         values = self._own_values()
-        implied = {**FREE_OF_STRESS, **kind.part.retired}
+        implied = {**FREE_OF_STRESS, **kind.part.implied}
         for key in [key for key in keys if key in values and key in implied and not kind.has(key)]:
             values[key] = keys.pop(key)  # a value that the other kind knows without saying it
         _require_kind(kind, keys, yarn, values, where)
@@ -232,8 +232,8 @@ class Scene(Part):
         return {f"{name}.{key}": value for name, part in sections for key, value in vars(part).items()}
 
     def values_of(self, *roles: str) -> dict[str, Any]:
-        """Return the values of all keys of some roles, by dotted key, but for the labels; retired keys as well."""
-        values = {**self.kind.part.retired, **self._own_values()}
+        """Return the values of all keys of some roles, by dotted key, but for the labels; implied ones as well."""
+        values = {**self.kind.part.implied, **self._own_values()}
         described = all_keys()
         return {
             key: value
@@ -245,8 +245,7 @@ class Scene(Part):
         """Return sections and dotted keys as plain nested mappings: the inputs of a result.
 
         Keys that have a default in their field (see `knit.scene.keys.key`) are left out at that default, so that adding
-        one changes nothing; sections that the scene does not have are left out as well. Retired keys have the value
-        that results were made with.
+        one changes nothing; sections that the scene does not have are left out as well.
         """
         names = set(keys)
         document = {
@@ -257,10 +256,6 @@ class Scene(Part):
                 asked = group in names or f"{group}.{key}" in names
                 if asked and value != _default_of(type(part), key):
                     document.setdefault(group, {})[key] = value
-        for name, value in self.kind.part.retired.items():
-            group, _, key = name.partition(".")
-            if (group in names or name in names) and value != _default_of(all_keys()[name], key):
-                document.setdefault(group, {})[key] = value
         return document
 
     def only(self, document: Mapping[str, Any], keys: Iterable[str]) -> Scene:
@@ -423,7 +418,7 @@ def _require_kind(
 
 def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> None:
     """Refuse a yarn or a load that a kind does not model, where it would be left out; isotropic laws are alike."""
-    for key, value in {**FREE_OF_STRESS, **kind.part.retired}.items():
+    for key, value in {**FREE_OF_STRESS, **kind.part.implied}.items():
         given = value if kind.has(key) else before.get(key, value)
         alike = given == value or (key == "yarn.material" and not MATERIALS.find(given).directional)
         if key.startswith(("yarn.", "load.")) and not alike:

@@ -213,7 +213,7 @@ OF_SOLIDS = {
     "yarn.transverse_poisson_ratio": None,
     "yarn.axial_shear_modulus": None,
 }
-"""Values of the keys of `SolidYarn` that results of beams were made with, which never read these keys."""
+"""Values of the keys of `SolidYarn` that beams stand for: one isotropic material."""
 
 Stiffness = Annotated[float, Field(gt=0, le=1e12)]
 

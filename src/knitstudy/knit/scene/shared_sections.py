@@ -63,17 +63,11 @@ class TiedEdges(Section, group="contact"):
 
 
 class SolidContact(Section, group="contact"):
-    """Contact of solid yarns: how it is integrated, and the penetration that is allowed.
-
-    `points` are Gauss points along each side of a facet or cell.
-    """
+    """Contact of solid yarns: the penetration that is allowed."""
 
     penetration: float = numerics("assumed", unit="h", meaning="a share of the mesh size", gt=0, le=1)
     """Table 1 says hard contact; how hard is not printed. Checked: 0.003 and 0.01, of a pair pressed by 90 um and slid
     at 0.3 mm: force within 1 % at the end of the path."""
-    points: int = numerics("choice", ge=1, le=4)
-    """Numerical; even numbers have no point in the middle of a facet and find contact late. Checked: 1 to 4, of a pair
-    pressed by 36 um: with 2 contact begins 10 um late (force -13 %)."""
 
 
 class FacetContact(SolidContact):
@@ -111,13 +105,11 @@ class Newton(Section, group="solver"):
 
 
 class SolidNewton(Newton):
-    """Further settings of solids: the linear solver, and the viscosity `stabilisation` relative to Young's modulus."""
+    """Further settings of solids: the viscosity `stabilisation` relative to Young's modulus."""
 
     stabilisation: float = numerics("assumed", unit="E", meaning="times Young's modulus", ge=0, le=1e6)
     """Section 2.2: static stabilisation, its size is not printed; none unless a scene asks for it. Checked: 0 to 1e-6,
     of one cell at 0.6 mm: force within 0.003 %."""
-    linear: Literal["auto", "three_scale", "amg", "lu"] = numerics("choice")
-    """Numerical; no result depends on it. Checked: auto."""
 
 
 # Gates: limits of errors of a run; beyond a limit the run ends with one message (docs/reference/gates.md)
@@ -128,9 +120,6 @@ class Gates(Section, group="gates"):
 
     ledger: float = numerics("choice", meaning="over the external work", default=0.05, gt=0)
     """Every scene of the study stays below 0.035; pairs in 8 increments reach 0.14, gates.md. Checked: 0.05."""
-    penalty: float = numerics("choice", meaning="over the work of the leg", default=0.05, gt=0)
-    """Penetration and elastic slip of penalties store at most as large a share of the work as they take from the force,
-    docs/reference/gates.md. Checked: 0.05."""
     flow: float = numerics("choice", meaning="over the internal energy", default=0.01, ge=0)
     """A viscous flow continues the path where Newton's method does not converge (gates.md); scenes of the study need
     none. Checked: 0.01."""

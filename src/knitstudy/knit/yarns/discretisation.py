@@ -73,7 +73,6 @@ class ContactOfSolids:
     """Law and limits of the contact of yarns that are divided in one way."""
 
     law: Coulomb | Indentation
-    points: int  # Gauss points along each side of a cell
     overlap: float  # largest penetration of undeformed yarns [m]
     penetration: Penetration
 
@@ -131,6 +130,12 @@ class Discretisation:
 
 
 COARSE = 3.0  # length of cells away from crossings, over that near them
+WINDOW = 1.2
+"""Distance from a crossing up to which cells are short, over the yarn's radius.
+
+It covers sqrt(2) times the larger semiaxis of the contact area, and the distance that it slides
+(docs/notes/contact.md).
+"""
 
 
 def contact_surfaces(
@@ -152,8 +157,9 @@ def contact_surfaces(
         nearest = np.diff(stations).min(initial=np.inf)
         if nearest < window:
             raise ConfigurationError(
-                f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
-                f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+                f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart: contact indents a yarn up to "
+                f"{window / radius:.2f} radii from a crossing, and indentations of two crossings would count twice; "
+                "use a thinner yarn, wider spacings, or fidelity beam"
             )
         along.append(_edges(yarn, stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))

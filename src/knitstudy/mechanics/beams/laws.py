@@ -272,9 +272,13 @@ LAWS: Registry[type[Law]] = Registry("beam.section")
 """Laws by the value of the key `beam.section`."""
 
 
+RIGID = 10.0
+"""Penalty of sections that do not deform, over E sqrt(R): twelve times Hertz's law, which has 0.8 to 0.9."""
+
+
 @LAWS.register
 class Rigid(Law):
-    """Sections that do not deform: a penalty of `beam.stiffness` E sqrt(R) approach^1.5."""
+    """Sections that do not deform: a penalty of `RIGID` E sqrt(R) approach^1.5."""
 
     name, meaning, label = "rigid", "a penalty", "rigid"
     look = ("#0072B2", "-", "v")
@@ -282,7 +286,7 @@ class Rigid(Law):
     @classmethod
     def of(cls, yarn: Any, beam: Any) -> Self:
         """Return the law of a scene with the sections `yarn` and `beam`."""
-        return cls(beam.stiffness * yarn.youngs_modulus * yarn.radius / yarn.radius**0.5, penalty=True)
+        return cls(RIGID * yarn.youngs_modulus * yarn.radius / yarn.radius**0.5, penalty=True)
 
 
 # The local compliance of a cylinder (`local_compliance`) is that of a half space and a further compliance C, which

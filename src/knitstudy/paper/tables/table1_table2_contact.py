@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.yarns.joints import AXES, MAIN, MEASURES, NORMALS, springs
+from knitstudy.knit.yarns.solids import CONTACT_POINTS
 from knitstudy.measures.response import allowed_penetration, penetration
 from knitstudy.paper.cases import number
 from knitstudy.paper.columns import Simulation, rows_of
@@ -61,7 +62,7 @@ def tabulate_contact(dns: xr.Dataset, paper: pd.DataFrame, scenes: Scenes) -> pd
         (OVER_NORMAL, "1", NONE, attrs.get("stick_over_normal", NONE)),
         ("friction coefficient", "1", friction, contact.friction),
         ("discretisation", "1", MASTER_AND_SLAVE, BOTH_WAYS),
-        ("Gauss points a facet", "1", NOT_STATED, contact.points**2),
+        ("Gauss points a facet", "1", NOT_STATED, CONTACT_POINTS**2),
         ("deepest penetration or local indentation allowed", "m", NOT_STATED, allowed),
         ("deepest penetration or local indentation reached", "m", NOT_STATED, reached),
         ("augmentations of an increment, at most", "1", NOT_STATED, dns["augmentations"].max().item()),

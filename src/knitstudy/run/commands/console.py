@@ -20,8 +20,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from knitstudy.datasets import read_dataset
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError, printable, printable_lines
-from knitstudy.files import read_dataset
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, parsed, read_yaml
 from knitstudy.knit.scene.kinds import all_keys

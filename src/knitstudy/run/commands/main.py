@@ -81,7 +81,7 @@ def message_and_status(error: BaseException) -> tuple[str, int] | None:
 def print_version(context: click.Context, option: click.Parameter, wanted: bool) -> None:
     """Print the version and end; asked for only then, since it takes a call of git."""
     if wanted and not context.resilient_parsing:
-        from knitstudy.files import code_version
+        from knitstudy.datasets import code_version
 
         click.echo(f"knitstudy {code_version()}")
         context.exit()

@@ -17,8 +17,9 @@ from typing import Any
 
 import click
 
+from knitstudy.datasets import read_dataset
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import naming_remedy, open_regular, read_dataset
+from knitstudy.files import naming_remedy, open_regular
 from knitstudy.knit.scene.documents import WORKFLOW
 from knitstudy.knit.scene.scene import questions
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS

@@ -11,8 +11,9 @@ import click
 import numpy as np
 import pandas as pd
 
+from knitstudy.datasets import read_dataset, write_table
 from knitstudy.errors import ConfigurationError, ConvergenceError, DataFileError
-from knitstudy.files import read_dataset, replacing_together, safe_name, write_table
+from knitstudy.files import replacing_together, safe_name
 from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS
 from knitstudy.knit.scene.kinds import unit_of
 from knitstudy.knit.scene.scene import Scene

@@ -9,8 +9,9 @@ import click
 import numpy as np
 import pandas as pd
 
+from knitstudy.datasets import STRAINS, read_dataset, write_dataset, write_table
 from knitstudy.errors import DataFileError, UnwritableError
-from knitstudy.files import STRAINS, read_dataset, replacing_together, write_dataset, write_table
+from knitstudy.files import replacing_together
 from knitstudy.run.commands import console
 from knitstudy.run.commands.console import CSV, NC, SIZE, THERE
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from knitstudy.datasets import STRAINS, read_dataset, read_table, write_table
 from knitstudy.errors import ConfigurationError, DataFileError, KnitstudyError
-from knitstudy.files import STRAINS, read_dataset, read_table, write_table
 from knitstudy.knit.scene.kinds import unit_of, word_of
 from knitstudy.knit.scene.scene import flat
 from knitstudy.registry import listed

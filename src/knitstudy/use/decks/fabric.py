@@ -8,8 +8,9 @@ import numpy as np
 import xarray as xr
 from scipy.linalg import block_diag
 
+from knitstudy.datasets import code_version
 from knitstudy.errors import DataFileError
-from knitstudy.files import code_version, write_text
+from knitstudy.files import write_text
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import find
 from knitstudy.use.decks.inp import NUMBER, comment, lines

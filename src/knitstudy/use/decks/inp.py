@@ -17,8 +17,9 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from knitstudy.datasets import code_version
 from knitstudy.errors import ConfigurationError
-from knitstudy.files import code_version, replacing
+from knitstudy.files import replacing
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.materials.isotropic import Isotropic

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import model_validator
 
 from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES, in_section
-from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
+from knitstudy.knit.scene.keys import OneOf, Section, numerics, section
 from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import INLAY, OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
@@ -38,20 +38,18 @@ class FrictionAlone(Section, group="contact"):
 class BeamSection(Section, group="beam"):
     """Contact along all yarns with "rigid" or "hertz" sections.
 
-    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5.
+    Rigid sections press each other with 10 E sqrt(R) approach^1.5.
     """
 
     section: Annotated[str, OneOf(LAWS.all)] = numerics("choice")
     """Section 3.3 ignores the deformation of the cross-section: rigid, a third more force in cells that slide.
     Checked: rigid and hertz (scenes beam-*)."""
-    stiffness: Positive = numerics("assumed", meaning="where hertz sections have 0.8 to 0.9")
-    """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
 
 class TiedBeamSection(BeamSection):
     """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
 
-    Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
+    Rigid sections press each other with 10 E sqrt(R) approach^1.5; pinned ties have 10 E R.
     """
 
     tie: Literal["rigid", "pinned", "patch"] = numerics(
@@ -80,7 +78,7 @@ class _Beams(Scene):
 class Beams(_Beams, Knit):
     """Knits of beams in contact."""
 
-    retired: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
+    implied: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
 
     tie: Tie = section()
     beam: TiedBeamSection = section()
@@ -94,14 +92,9 @@ class CellOfBeams(_Beams, Cell):
     takes: ClassVar = "all stitches"
     idle_beside: ClassVar = {
         "beam.section": ("yarn.pressing",),
-        "beam.stiffness": ("yarn.pressing",),
         "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
     }
-    retired: ClassVar = OF_SOLIDS | {
-        "contact.tied_edges": "none",
-        "tie.radius": 0.183,
-        "beam.tie": "patch",
-    }
+    implied: ClassVar = OF_SOLIDS | {"contact.tied_edges": "none", "tie.radius": 0.183}
 
     yarn: SetYarn = section()
     yarn_b: SecondYarn = section()

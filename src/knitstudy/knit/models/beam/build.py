@@ -33,6 +33,7 @@ from knitstudy.knit.yarns.network import Network, loaded, spatial_network
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.beam_model import BeamModel
+from knitstudy.mechanics.beams.laws import RIGID
 from knitstudy.mechanics.core.arrays import Bools, Floats
 from knitstudy.mechanics.core.increment import Increment, PrescribedDisplacement
 
@@ -115,7 +116,7 @@ def beam_knit(scene: Beams, fabric: Fabric) -> BeamKnit:
     joints = Joints.all_tied(len(points.yarn))
     if beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
-        joints = joints.pinned(beam.stiffness * yarn.youngs_modulus * yarn.radius)
+        joints = joints.pinned(RIGID * yarn.youngs_modulus * yarn.radius)
     elif beam.tie == "patch" and tied.any():
         discs = contacts_of_crossings(fabric, scene.tie.radius).isel(crossing=tied)
         joints = joints.pinned(patch_stiffness(fabric, points, discs, yarn))

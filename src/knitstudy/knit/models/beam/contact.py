@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.crossings import Crossings
-from knitstudy.knit.loading.gates import require_stiff_contact, require_verified_law
+from knitstudy.knit.loading.gates import least_stiffness, require_verified_law
 from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.scene.sections import BeamYarn
 from knitstudy.mechanics.beams.beam import BeamState
@@ -130,8 +131,13 @@ def contact_of(scene: Beams | CellOfBeams) -> YarnContact:
         return Power(yarn.pressing / yarn.diameter**exponent, exponent)
 
     laws = tuple(law_of(yarn) for yarn in yarns)
-    if laws[0].penalty:  # of half a radius, at an approach of R / 4
-        require_stiff_contact("beam.stiffness", beam.stiffness, scene.yarn.poisson_ratio, patch=1.5)
+    if laws[0].penalty:
+        stiffness = laws[0].coefficient / (scene.yarn.youngs_modulus * scene.yarn.radius**0.5)
+        if stiffness < least_stiffness(scene.yarn.poisson_ratio, patch=1.5):
+            of = f"where yarn.poisson_ratio is {scene.yarn.poisson_ratio:g}"
+            raise MeshError(
+                f"beam.section is {beam.section}: {of}, contact would be softer than yarns; use hertz"
+            )
     return YarnContact(yarns, laws, scene.friction, yarn_of)
 
 

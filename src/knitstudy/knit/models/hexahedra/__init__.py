@@ -15,12 +15,10 @@ from knitstudy.registry import later
 
 
 class SolidMesh(Section, group="mesh"):
-    """Sizes of solid elements at crossings, their growth on legs, and the element."""
+    """Sizes of solid elements across the yarn and at crossings, and the element."""
 
     size: Size = resolution("stated", unit="yarn radii")
     """Table 5: 0.3 mm, of a radius of 0.9 mm. Checked: 0.25 to 0.67: force +7 % at 0.67 (docs/notes/sensitivity.md)."""
-    growth: float = numerics("assumed", meaning="spacing on legs over size", ge=1, le=4)
-    """Spacing of slices between crossings; near the count of nodes of Table 5. Checked: 1 to 1.5: force within 0.1%."""
     refinement: float = numerics(
         "assumed", meaning="size over the size of elements at crossings", default=1.0, ge=1, le=3
     )
@@ -95,7 +93,7 @@ class PairOfHexahedra(HexahedralScene, Crossing):
     """Two solid yarns of hexahedra in contact."""
 
     touches = True
-    retired: ClassVar = {"contact.tied_edges": "outer"}
+    implied: ClassVar = {"contact.tied_edges": "outer"}
 
     contact: FacetContact = section()
 

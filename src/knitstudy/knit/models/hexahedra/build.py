@@ -9,14 +9,13 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, MeshError
 from knitstudy.knit.contacts.facets import Rings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.gates import (
     fewest_across,
+    least_stiffness,
     require_elements_across,
-    require_seen_contact,
-    require_stiff_contact,
 )
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import Grips, grips, load_of
@@ -88,7 +87,7 @@ def discretise(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Discr
     """Return the yarns of a scene as hexahedra that are fit to be simulated.
 
     Raises MeshError if elements are too large for the yarn, or too many for the memory; or if penalties of contact are
-    softer than the yarns, or penetrations unseen.
+    softer than the yarns.
     """
     fewest = scene.gates.elements_across or fewest_across(scene.specimen, scene.mesh.refinement)
     require_elements_across(scene.mesh.size, fewest)
@@ -98,15 +97,15 @@ def discretise(scene: HexahedralScene, fabric: Fabric, mesh: SweptMesh) -> Discr
     if not isinstance(scene, Hexahedra | PairOfHexahedra):
         return parts
     contact, yarn, friction = scene.contact, scene.yarn, scene.friction
-    require_seen_contact(contact.points, contact.penetration, parts.size, yarn.radius)
-    key = "contact.tangential_stiffness"
     stiffness = contact.tangential_stiffness
-    require_stiff_contact(key, stiffness, yarn.poisson_ratio, patch=np.pi)  # of a facet's size
+    if stiffness < (least := least_stiffness(yarn.poisson_ratio, patch=np.pi)):  # of a facet's size
+        fact = f"contact.tangential_stiffness is {stiffness:g}: contact would be softer than yarns are there"
+        raise MeshError(f"{fact}; use {least:.2g} or more")
     deepest = contact.penetration * parts.size
     remedy = "Use a larger contact.normal_stiffness or contact.augmentations"
     law = penalties(contact, yarn.youngs_modulus, friction, parts.size)
     limit = Penetration(deepest, contact.augmentations, remedy)
-    return replace(parts, contact=ContactOfSolids(law, contact.points, deepest, limit))
+    return replace(parts, contact=ContactOfSolids(law, deepest, limit))
 
 
 def kind_of(scene: HexahedralScene) -> Any:

@@ -52,7 +52,7 @@ class PlanarJoints(Joints):
 class PlanarNetwork(Knit):
     """Planar networks of knits."""
 
-    retired: ClassVar = OF_SOLIDS
+    implied: ClassVar = OF_SOLIDS
     takes: ClassVar = "one stitch"
 
     rom: PlanarJoints = section()

@@ -82,7 +82,7 @@ class Springs(SpatialJoints):
 
 
 class _SpatialNetwork(Knit):
-    retired: ClassVar = OF_SOLIDS
+    implied: ClassVar = OF_SOLIDS
 
     mesh: BeamMesh = section()
     gates: BeamGates = section()

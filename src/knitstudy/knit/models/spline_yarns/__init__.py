@@ -24,7 +24,7 @@ LOCKS = "as sections of degree 1 cannot widen in bending: 2.1 times too stiff at
 
 
 class PolynomialMesh(Section):
-    """Degree over the section and length of spans, on legs and near crossings, and the degree of the splines.
+    """Degree over the section and length of spans, on legs and near crossings.
 
     Spans nearer to a crossing than a radius have the degree `crossing_degree`; their length is `crossing_span` there
     and grows to `span`.
@@ -35,9 +35,6 @@ class PolynomialMesh(Section):
     degree: Degree = resolution("choice", meaning=LOCKS, default=2)
     """Numerical; degree of the polynomials over the section, away from crossings. Checked: 2 to 6: of one loop, force
     +3.2 % at 2 and within 0.3 % from 3 on (docs/notes/solid_yarns.md)."""
-    spline_degree: int = numerics("choice", default=3, ge=2, le=5)
-    """Numerical; degree of the splines along the yarn; quadratic splines need 1.5 times as many spans. Checked: 2 and
-    3."""
     span: Span = resolution(
         "choice", unit="yarn radii", meaning="in yarn radii, and not below mesh.crossing_span", default=0.9
     )
@@ -67,44 +64,17 @@ class PolynomialContact(SolidContact):
     """Contact of spline yarns on their curved surfaces.
 
     The local indentation that the polynomials cannot represent is added in series, computed from their own space.
-    Drawn yarns overlap by `penetration` at most. Cells of contact have the size `cell` around the yarn; along the yarn
-    they have this size within `window` of a crossing, and three times this size elsewhere.
+    Drawn yarns overlap by `penetration` at most. Cells of contact have the size `cell` around the yarn, and along it
+    near crossings; elsewhere along the yarn they are three times as long.
     """
 
     cell: float = numerics("choice", unit="yarn radii", default=0.25, ge=0.05, le=0.5)
-    """Numerical; length of a cell near crossings, with contact.points x contact.points Gauss points. Checked: 0.15 to
+    """Numerical; length of a cell near crossings, with 3 x 3 Gauss points. Checked: 0.15 to
     0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)."""
-    window: float = numerics(
-        "choice",
-        unit="yarn radii",
-        meaning="in yarn radii, and not below contact.cell",
-        default=1.2,
-        ge=0.3,
-        le=4,
-    )
-    """Numerical; covers sqrt(2) times the larger semiaxis of the contact area and the distance that it slides. Checked:
-    0.8 to 1.6 of a pair: force within 1.3 % (docs/notes/contact.md)."""
-
-    @model_validator(mode="after")
-    def _has_a_cell_in_its_window(self) -> PolynomialContact:
-        if self.window < self.cell:
-            raise ValueError(f"window is {self.window:g} but must be at least contact.cell, {self.cell:g}")
-        return self
 
 
 class KnitContact(TiedEdges, PolynomialContact):
     """Contact of knits of spline yarns."""
-
-
-STIFFNESS = {
-    "contact.normal_stiffness": 10.0,
-    "contact.tangential_stiffness": 10.0,
-    "contact.augmentations": 10,
-}
-"""Keys of penalties, which these yarns do not have."""
-
-SOLVED_DIRECTLY = {"solver.stabilisation": 0.0, "solver.linear": "auto", "load.start": "drawn"}
-"""Keys that cells do not have."""
 
 
 class SplineScene(Scene):
@@ -130,7 +100,6 @@ class SplineYarns(SplineScene, Knit):
 
     specimens = ("cut_knit", "knit")
     touches = True
-    retired: ClassVar = STIFFNESS
 
     solver: SolidNewton = section()
     contact: KnitContact = section()
@@ -150,7 +119,7 @@ class PairOfSplineYarns(SplineScene, Crossing):
 
     specimens = ("pair",)
     touches = True
-    retired: ClassVar = STIFFNESS | {"contact.tied_edges": "outer"}
+    implied: ClassVar = {"contact.tied_edges": "outer"}
 
     solver: SolidNewton = section()
     contact: PolynomialContact = section()
@@ -161,7 +130,7 @@ class TiedCellOfSplineYarns(SplineScene, Cell):
 
     specimens = ("cell",)
     touches = False
-    retired: ClassVar = SOLVED_DIRECTLY
+    implied: ClassVar = {"load.start": "drawn"}
 
 
 class CellOfSplineYarns(SplineScene, Cell):
@@ -169,7 +138,7 @@ class CellOfSplineYarns(SplineScene, Cell):
 
     specimens = ("cell",)
     touches = True
-    retired: ClassVar = SOLVED_DIRECTLY | STIFFNESS | {"contact.tied_edges": "none"}
+    implied: ClassVar = {"load.start": "drawn", "contact.tied_edges": "none"}
 
     contact: PolynomialContact = section()
 

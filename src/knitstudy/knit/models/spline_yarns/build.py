@@ -17,7 +17,6 @@ from scipy.interpolate import CubicSpline
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.knit.geometry.fabric import NO_ARCS, Fabric, Grip
 from knitstudy.knit.geometry.spline import Centreline
-from knitstudy.knit.loading.gates import require_integrated_contact
 from knitstudy.knit.loading.history import Stations
 from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.knit.loading.solve import Problem
@@ -37,6 +36,7 @@ from knitstudy.knit.models.spline_yarns import cell as endless
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.yarns import solids
 from knitstudy.knit.yarns.discretisation import (
+    WINDOW,
     ContactOfSolids,
     Discretisation,
     contact_surfaces,
@@ -51,6 +51,8 @@ from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.solids.elements import ElementGroup
 from knitstudy.mechanics.solids.spline_yarn.space import Sampling, Space, YarnSpace, locate, yarn_space
 from knitstudy.mechanics.solids.spline_yarn.span import span_groups
+
+SPLINE_DEGREE = 3  # of the splines along the yarn; quadratic ones need 1.5 times as many spans
 
 # Distance from a crossing up to which spans are short and of the degree of crossings, over the yarn's radius
 CROSSING_REACH = 1.0
@@ -155,12 +157,9 @@ def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None
     contact = None
     if isinstance(scene, SplineYarns | PairOfSplineYarns | CellOfSplineYarns):
         keys = scene.contact
-        require_integrated_contact(keys.points)
-        cells = keys.cell, keys.window
+        cells = keys.cell, WINDOW
         law = law_of(scene.mesh, material, mesh.radius, scene.friction)
-        contact = ContactOfSolids(
-            law, keys.points, keys.penetration * size, Penetration(FURTHER * law.end, remedy=LESS)
-        )
+        contact = ContactOfSolids(law, keys.penetration * size, Penetration(FURTHER * law.end, remedy=LESS))
     surfaces, rings = contact_surfaces(space, fabric, *cells)
     parts = Discretisation(
         mesh=mesh,
@@ -187,7 +186,7 @@ def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None
 def law_of(keys: PolynomialMesh, material: Material, radius: float, friction: float) -> Indentation:
     """Return the law of contact: the local indentation that the polynomials near crossings do not resolve."""
     modulus, poisson = material.across
-    settings = keys.crossing_degree, keys.crossing_span, keys.spline_degree
+    settings = keys.crossing_degree, keys.crossing_span, SPLINE_DEGREE
     return indentation(*settings, modulus=modulus, poisson=poisson, radius=radius, friction=friction)
 
 
@@ -206,24 +205,23 @@ def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats,
     Of an endless fabric there are images as well; where yarns touch, one loop of their images continues them.
     """
     spans = yarn_spans(scene.mesh, fabric, load_of(scene))
-    degree = scene.mesh.spline_degree
     if not len(fabric.periods):
-        space = _space(spans, degree)
+        space = _space(spans)
         return space, undeformed(space, fabric), spans
     touches = scene.kind.interaction.touches
     rows = [spans[row] for row in endless.rows_and_images(fabric, touches)]
-    space = _space(rows, degree, fabric.repeats if touches else None)
+    space = _space(rows, fabric.repeats if touches else None)
     return space, endless.wrapped_nodes(space, fabric), spans
 
 
-def _space(spans: list[YarnSpans], degree: int, loops: int | None = None) -> Space:
-    """Return the space of yarns on their spans, of splines of a degree; yarns with the same spans share theirs.
+def _space(spans: list[YarnSpans], loops: int | None = None) -> Space:
+    """Return the space of yarns on their spans; yarns with the same spans share theirs.
 
     Yarns of so many `loops` that repeat themselves are continued by one of them at both ends.
     """
     kinds = {
         kind: yarn_space(
-            kind.breaks, kind.degrees, degree, kind.sharp, len(kind.degrees) // loops if loops else 0
+            kind.breaks, kind.degrees, SPLINE_DEGREE, kind.sharp, len(kind.degrees) // loops if loops else 0
         )
         for kind in set(spans)
     }
@@ -298,7 +296,6 @@ BEAMS = {
     "mesh.section_law": "curved",
     "beam.section": "hertz",
     "beam.tie": "patch",
-    "beam.stiffness": 10.0,
     "solver.residual_tolerance": 1e-3,
     "solver.correction_tolerance": 1e-3,
 }
