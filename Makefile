@@ -70,8 +70,8 @@ swatches: environment  ## predict the sizes of 28 swatches from one yarn; resour
 test: environment  ## pass all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
 
-.PHONY: test-without-wings
-test-without-wings: environment  ## pass the unit tests that are left without the rooms `use` and `paper`, in run/bare
+.PHONY: test-without-optional
+test-without-optional: environment  ## pass the unit tests that are left without the packages `use` and `paper`, in run/bare
 	@rm -rf run/bare && mkdir -p run/bare
 	@git ls-files -z | tar --create --null --files-from - | tar --extract --directory run/bare
 	@rm -r run/bare/src/knitstudy/use run/bare/src/knitstudy/paper

@@ -17,7 +17,7 @@ KEPT = Path(__file__).with_suffix(".csv")
 
 def digests() -> pd.DataFrame:
     """Return the digest of every dataset of every shipped scene."""
-    with_code, plan.code_digest = plan.code_digest, lambda *rooms: ""
+    with_code, plan.code_digest = plan.code_digest, lambda *packages: ""
     try:
         scenes, planned = load_scenes(), plan.Plan.of()
         rows = [

@@ -53,7 +53,7 @@ def displays(catalogue, scenes, reference=None):
     return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
     plugin(FIGURES, TABLES, toydisplays=TOY)
     made = FIGURES.find("toy_curve").make, TABLES.find("toy_stiffness").make
@@ -79,7 +79,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
         alone.sources_of("toy_stiffness")
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_table_is_made_from_another_table(scenes):
     """Its file is a source, and its digest counts: one simulation less makes both anew."""
     every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))

@@ -173,7 +173,7 @@ EDITS = {
 }
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 @pytest.mark.parametrize(
     ("damage", "arguments"),
     [

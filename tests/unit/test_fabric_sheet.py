@@ -36,7 +36,7 @@ from knitstudy.use.measured_curve import (
 )
 from knitstudy.use.plot import draw
 
-pytestmark = pytest.mark.wings
+pytestmark = pytest.mark.optional_packages
 
 
 def cell(strain, force, start="rest", axis=0):

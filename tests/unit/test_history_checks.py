@@ -113,7 +113,7 @@ def direct():
     )
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_table_of_a_direct_simulation(direct):
     assert ledger_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
     # The first increment does not count: its 0.03 J are less than 1% of 3.9 J.

@@ -49,7 +49,7 @@ def test_files_follow_the_conventions_and_describe_their_variables(folder):
     assert data.swap_dims(increment="strain").force.interp(strain=0.005) > 0
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
     again = command("run", file, "--anew", "-o", tmp_path)
     assert again.exit_code == 0, again.output
@@ -63,7 +63,7 @@ def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
     assert float(force[3]) == pytest.approx(0.5, rel=1e-5), "forces scale with the modulus"
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_keys_that_differ_from_defaults_come_first(file):
     rows = [row.split("\t") for row in command("show", file, "--keys").stdout.splitlines()]
     assert rows[0] == ["key", "value", "default", "unit"]
@@ -92,7 +92,7 @@ def test_files_without_keys_are_refused_by_one_line(attributes, error, message):
         scenes_of(xr.Dataset(attrs=attributes), "old.nc")
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_file_from_before_is_shown_and_compared(file, tmp_path):
     old = read_dataset(file)
     write_dataset(old.drop_attrs(deep=False).assign_attrs(scene="\x1b[2Jold"), tmp_path / "old.nc")

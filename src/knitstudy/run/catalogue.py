@@ -1,6 +1,6 @@
 """Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table of the paper: a module of a wing's package of figures or tables, or one from
+One file makes one figure or table of the paper: a module of the figures or tables of an optional package, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
 ``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
@@ -22,7 +22,7 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.files import file_digest
 from knitstudy.knit.scene.documents import RESOURCES, base_of
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.registry import Registry, wings
+from knitstudy.registry import Registry, optional_packages
 from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES
@@ -150,8 +150,8 @@ class Catalogue(Registry[Display]):
         return display.make(**{name: sources[name] for name in display.takes if name in sources})
 
 
-FIGURES = Catalogue("figure", "".join(wing.figures for wing in wings()))
-TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
+FIGURES = Catalogue("figure", "".join(package.figures for package in optional_packages()))
+TABLES = Catalogue("table", "".join(package.tables for package in optional_packages()))
 
 
 # What a study can make of them

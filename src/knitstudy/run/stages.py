@@ -15,7 +15,7 @@ from typing import Any
 
 from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import later, wings
+from knitstudy.registry import later, optional_packages
 from knitstudy.run.code_digest import MESH, MODEL
 from knitstudy.run.cost import Cost, expected_cost
 
@@ -83,8 +83,8 @@ class Stage:
         return Path(self.path_pattern.replace(self.label, name))
 
 
-EXPORTS = {name: function for wing in wings() for name, function in wing.exports.items()}
-"""Functions of the wings that write files for other programs, by the name of their stage."""
+EXPORTS = {name: function for package in optional_packages() for name, function in package.exports.items()}
+"""Functions of the optional packages that write files for other programs, by the name of their stage."""
 
 
 def has_fields(scene: Scene) -> bool:
@@ -237,7 +237,7 @@ _EXPORTS = (
     ),
 )
 
-# All stages by their names, each after the stages that it needs; of exports those that a wing writes
+# All stages by their names, each after the stages that it needs; exports where an optional package writes them
 STAGES = {
     stage.name: stage for stage in (*_STAGES, *(export for export in _EXPORTS if export.name in EXPORTS))
 }
