@@ -44,7 +44,7 @@ from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.measures.response import ledger_gaps, penetration
+from knitstudy.measures.response import energy_gaps, penetration
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
@@ -316,7 +316,7 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "balance [1]": float(history["residual"].max()),
     }
     if not is_unloaded(history, scene):
-        gaps = ledger_gaps(history)
+        gaps = energy_gaps(history)
         row["ledger [1]"] = gaps.max()
         row["ledger at full load [1]"] = gaps[-1]
         if scene.value("gates.hourglass") is not None:

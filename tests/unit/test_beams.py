@@ -192,7 +192,7 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
 
 
-def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
+def test_a_relaxation_that_does_not_converge_says_how_to_draw_the_loops(monkeypatch):
     """In the stage, which sees no key but those it reads."""
 
     def ends(model, prescribed, settings, solver, resume):
@@ -200,6 +200,6 @@ def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
         raise ConvergenceError(f"increment 1 makes no headway. {settings.remedy}")
 
     monkeypatch.setattr(endless_beams, "trace", ends)
-    message = r"way to rest of scene .* finds no balance: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"
+    message = r"relaxation of scene .* does not converge: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"
     with refusal(message):
         simulate(load_scene("fabric-acrylic-stockinette-course-free"))

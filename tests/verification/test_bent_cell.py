@@ -140,7 +140,7 @@ def test_straight_yarns_at_an_angle_are_helices(slope, angle, verify):
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_bending_there_and_back_closes_the_ledger_and_a_jersey_curls(soft, friction, monkeypatch):
+def test_bending_there_and_back_balances_energy_and_a_jersey_curls(soft, friction, monkeypatch):
     """Sides of a jersey curl to its back, upper and lower edges to its front: the textbooks' fact."""
     monkeypatch.setattr(bending, "CURVATURE", 100.0)
     monkeypatch.setattr(bending, "STEPS", 3)

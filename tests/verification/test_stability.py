@@ -186,5 +186,5 @@ def test_yarns_that_stick_have_a_symmetric_tangent():
 def test_loops_that_pass_through_each_other_come_to_no_rest():
     """Loops of a half cardigan that are drawn too far apart lie 1.9 radii in each other, and would stay there."""
     scene = half_cardigan("acrylic", **{"pattern.wale_spacing": 4.2e-3, "pattern.course_spacing": 4.2e-3})
-    with refusal("yarns pass 1.9.* radii through each other; gates.overlap .*smaller values of pattern"):
+    with refusal("yarns overlap by 1.9.* radii; the limit gates.overlap .*smaller values of pattern"):
         relax(scene, lay_out(scene))

@@ -25,7 +25,7 @@ ATTRIBUTES = {
     "fidelity": "",
     "interaction": "",
     "incomplete": "",
-    "loosened": "",
+    "relaxed_limits": "",
     "slack": "",
     "unstable": "",
     "scaled_from": "",
@@ -138,7 +138,7 @@ def stability_of_rest(dataset: xr.Dataset) -> list[Quantity]:
         return []
     numbers = [Quantity("lowest stiffness of the shape at rest", float(known["lowest_stiffness"]), "N/m")]
     if known["saddles"]:
-        numbers.append(Quantity("saddles left on the way to rest", int(known["saddles"]), "1"))
+        numbers.append(Quantity("saddles left during relaxation", int(known["saddles"]), "1"))
         numbers += [
             Quantity(f"change of {size} from the first saddle", 100 * float(change), "%")
             for size, change in zip(

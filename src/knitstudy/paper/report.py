@@ -36,7 +36,7 @@ BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for eac
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
-ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
+ATTRIBUTES = ("scene", "relaxed_limits", "digest", *VERSIONS)  # of data files
 
 
 def render(

@@ -165,7 +165,7 @@ def _peak_since() -> int:
     return 0
 
 
-# Forms of energy in the ledger: external work = the sum of all others
+# Forms of energy: external work = the sum of all others
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 FORMS_OF_YARNS = ("internal", "hourglass", "penalty", "friction")
 
@@ -187,7 +187,7 @@ class Stations(Chosen):
 
 @dataclass
 class Recorder:
-    """Collects increments and keeps the ledger of energies."""
+    """Collects increments and adds up their energies."""
 
     stations: Stations  # points to follow
     driven: Ints  # (k, 3) unknowns of the driven nodes by component (x, y, z)
@@ -224,7 +224,7 @@ class Recorder:
             else increment.negative_eigenvalues,
             "residual": increment.residual,
             "correction": increment.correction,
-            "energy": self._ledger(increment, displacement, reaction),
+            "energy": self._energies(increment, displacement, reaction),
             "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
             **observed,
         }
@@ -251,14 +251,14 @@ class Recorder:
         resists = np.flatnonzero(np.abs(energy).sum(axis=1) > self.undecided)
         return (max(int(resists[0]) - 1, 0), True) if len(resists) else (len(energy) - 1, False)
 
-    def _ledger(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
-        ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
+    def _energies(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
+        energies = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
             mean = 0.5 * (reaction + self.columns["reaction"][-1])
             moved = displacement - self.columns["driven_displacement"][-1]
-            ledger[0] = self.columns["energy"][-1][0] + mean @ moved
-        return ledger
+            energies[0] = self.columns["energy"][-1][0] + mean @ moved
+        return energies
 
     def to_dataset(self, once: Mapping[str, Any] | None = None, **attributes: Any) -> xr.Dataset:
         """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.

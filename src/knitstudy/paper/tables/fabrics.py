@@ -135,7 +135,7 @@ class Strip:
 
     strain: Floats
     clamps: Floats  # by how much strips of half and twice the length differ from it, the larger one
-    loose: Floats  # relative change of the free cell's strains without friction on the way to rest
+    loose: Floats  # relative change of the free cell's strains after a relaxation without friction
 
 
 def strip_of(
