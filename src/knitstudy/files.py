@@ -381,7 +381,7 @@ def read_text(path: Path) -> str:
             return raw.decode(name)
         except UnicodeError:
             continue
-    raise DataFileError(f"{path}: is no text")
+    raise DataFileError(f"{path}: is not a text file")
 
 
 def write_text(text: str, path: Path | str) -> None:

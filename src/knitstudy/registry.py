@@ -42,7 +42,7 @@ class Registry(Generic[Entry]):
     Parameters
     ----------
     what : str
-        Kind of the entries, or the key that names one; begins messages.
+        Kind of the entries, or the key that names one; prefix of error messages.
     package : str, optional
         Dotted name of the package whose modules, or of the module that, register entries; imported when one is asked
         for. By default, or if it is empty, entries come from plugins alone.
@@ -78,7 +78,7 @@ class Registry(Generic[Entry]):
         return tuple(self.all())
 
     def find(self, name: str, where: str = "") -> Entry:
-        """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins.
+        """Return an entry; a name that does not exist raises a ConfigurationError, with the prefix `where`.
 
         Where a module has the name of the entry, no other module is imported.
         """
@@ -117,7 +117,7 @@ def optional_packages() -> tuple[OptionalPackage, ...]:
 
 
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:
-    """Return the entry of a name; `where` begins the message of the ConfigurationError if there is none."""
+    """Return the entry of a name; `where` is the prefix of the ConfigurationError if there is none."""
     if name not in entries:
         message = unknown_choice(f"unknown {what}", str(name), str(name), list(entries))
         raise ConfigurationError(f"{where}: {message}" if where else message)
@@ -130,7 +130,7 @@ def meanings(entries: Mapping[str, Entry]) -> str:
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
 
 
-def later(name: str) -> Callable[..., Any]:
+def lazy_import(name: str) -> Callable[..., Any]:
     """Return a function by ``module:function``; the module is imported at the first call.
 
     Stages and models name their functions: a job imports the mechanics that it needs alone.

@@ -245,7 +245,7 @@ def test_scenes_of_ones_own_beside_those_of_knitstudy(knitstudy, tmp_path, simul
     knitstudy("run", path)
     assert (simulated["scene"].name, simulated["scene"].yarn.diameter) == ("jersey", 0.25e-3)
     path.write_text(JERSEY_FILE.replace("jersey\n", "dns-tie-course\n"))
-    assert "is there twice, the first in the family '2-hexahedra'" in message(knitstudy("check", config))
+    assert "is defined twice; first in the family '2-hexahedra'" in message(knitstudy("check", config))
     family = Path(os.path.relpath(CONFIG / "scenes" / "2-hexahedra.yaml"))
     assert "valid; " in knitstudy("check", family).stdout
     assert own_scenes(family)[0] == "dns-tie-course"
@@ -442,7 +442,7 @@ def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
 
 
 def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch):
-    """At the end of a run, after its numbers; `simulate` logs the question before."""
+    """At the end of a run, after its numbers; `simulate` logs the warning before."""
     monkeypatch.setattr("knitstudy.measures.summary.summarise", lambda history: [])
     question = "yarn.youngs_modulus is 1300 Pa; yarns have 1e+06 to 1e+12 Pa: is it meant in MPa?"
     changed = ("cell-course", "--set", "yarn.youngs_modulus=1300")

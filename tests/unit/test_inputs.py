@@ -78,5 +78,5 @@ def test_a_plan_is_of_the_simulation_and_names_inputs(jersey, tmp_path, monkeypa
 
 def test_the_bending_of_a_solid_yarn_stands_beside_that_of_a_spun_one(jersey):
     """E pi d4 / 64 of 200 MPa and 0.2 mm; cotton of 30 tex is 0.205 mm thick."""
-    said = inputs.against_shelf(jersey.vary({"yarn.diameter": 0.2e-3}))
+    said = inputs.compared_with_library(jersey.vary({"yarn.diameter": 0.2e-3}))
     assert "it bends with 0.016 N mm2; cotton-30tex, 0.2 mm thick, with 0.001 (0.00058 to 0.86)" in said

@@ -258,7 +258,7 @@ def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):
     assert (scene.pattern.stitches, scene.pattern.loops, scene.pattern.rows) == (("PK", "TK"), 2, 2)
     cable = plain_scene.vary(cell | {"pattern.knitout": str(FILES / "cable.k")})
     assert (cable.pattern.loops, cable.pattern.rows) == (2, 2), "marks are no loops"
-    with refusal("say the same"):
+    with refusal("conflict: set only one"):
         plain_scene.vary({"pattern.knitout": str(FILES / "rib.k"), "pattern.stitches": ["KP"]})
 
 

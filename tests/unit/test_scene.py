@@ -13,7 +13,7 @@ from knitstudy.knit.models.spline_yarns import SplineYarns
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
 from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Scene, flat, questions
+from knitstudy.knit.scene.scene import Scene, flat, unit_warnings
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Friction, Newton
 from knitstudy.knit.scene.specimens import Knit
@@ -39,10 +39,10 @@ def test_friction_is_the_word_for_a_name_that_digests_keep(scene):
 def test_lengths_of_a_thousand_radii_are_questioned(scene, name):
     """A loop has tens of radii of yarn: a thousand are mm that were typed as m."""
     usual = scene.yarn.radius * 30
-    assert questions(scene.replace(f"pattern.{name}", usual)) == []
-    (question,) = questions(scene.replace(f"pattern.{name}", 1e3 * usual))
+    assert unit_warnings(scene.replace(f"pattern.{name}", usual)) == []
+    (warning,) = unit_warnings(scene.replace(f"pattern.{name}", 1e3 * usual))
     assert re.fullmatch(
-        rf"pattern\.{name} is [\d.]+ m, 30000 radii of the yarn: is it meant in mm\?", question
+        rf"pattern\.{name} is [\d.]+ m, 30000 radii of the yarn: is it meant in mm\?", warning
     )
 
 

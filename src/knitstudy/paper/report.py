@@ -82,7 +82,7 @@ def render(
                 entry["title"] += " (of the full study)"
     opening = captions["opening"]
 
-    def said(part: str) -> list[str]:
+    def filled(part: str) -> list[str]:
         texts = (_filled(environment, f"sentence {text!r}", text) for text in opening[part])
         return [text for text in texts if NOTHING not in text]
 
@@ -93,8 +93,8 @@ def render(
         asked=opening["asked"],
         counted=counted(results["verdicts"] if kept is None else kept, results["verdicts"]) if claims else "",
         turning=turning[0],
-        pulled=said("pulled"),
-        sentences=said("sentences"),
+        pulled=filled("pulled"),
+        sentences=filled("sentences"),
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],

@@ -72,15 +72,15 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     Raises ConfigurationError, naming file, scene, key, value and the allowed values.
     """
     default_keys(config)  # errors in the defaults name the defaults
-    scenes = dict(scenes_at_need(config)[0])
+    scenes = dict(lazy_scenes(config)[0])
     check_together(scenes.values(), scenes, knits_of(scenes), config)
     return scenes
 
 
-def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
-    """Return the scenes of a configuration by name, and the first correct one of every knit or pair by its label.
+def lazy_scenes(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
+    """Return the scenes of a configuration by name, and the first correct scene of every knit or pair by its label.
 
-    Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
+    A scene is read and checked on first access: jobs and commands need few of hundreds.
     """
     members, defaults = load_families(config), layered_defaults(config)
 
@@ -98,11 +98,11 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
     of_knit: dict[str, list[str]] = {}
     for name, member in members.items():
         of_knit.setdefault(str(member.keys.get("knit")), []).append(name)
-    return AtNeed({name: name for name in members}, read), AtNeed(of_knit, first)
+    return LazyScenes({name: name for name in members}, read), LazyScenes(of_knit, first)
 
 
-class AtNeed(UserDict[str, Scene]):
-    """Scenes that are read when they are asked for, each by the name, or the names, that its key stands for."""
+class LazyScenes(UserDict[str, Scene]):
+    """Scenes that are read on access, each from the name, or the names, that its key stands for."""
 
     def __init__(self, names: Mapping[str, Any], read: Callable[[Any], Scene]) -> None:
         super().__init__(names)
@@ -119,7 +119,7 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
     """
     _known_defaults(config)
     try:
-        scenes, knits = scenes_at_need(config)
+        scenes, knits = lazy_scenes(config)
         scene = _named(name, scenes, config)
         check_together([scene], scenes, knits, config)
     except ConfigurationError:
@@ -206,7 +206,7 @@ def asked_of(
     config: Path = CONFIG,
     ask: Mapping[str, Any] = MappingProxyType({}),
 ) -> tuple[Problem, Requirements, str]:
-    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages.
+    """Return the physical problem of a scene with changed keys, its question, and the prefix of error messages.
 
     `ask` has the requirements that neither the scene nor the changes have.
     """

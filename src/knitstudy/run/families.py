@@ -39,7 +39,7 @@ Blocks = Mapping[str, Mapping[str, dict[str, Any]]]  # Keys that a choice sets, 
 class Member:
     """A scene of a family: the studies that it belongs to, and the values that it sets, by dotted key.
 
-    ``where`` names its file and itself: the beginning of a message.
+    ``where`` names its file and itself: the prefix of error messages.
     """
 
     name: str
@@ -85,8 +85,8 @@ def _read_once(paths: tuple[Path, ...], _: tuple[Any, ...]) -> dict[str, Member]
             asked |= entry.keys()
             for member in _members(entry, document, blocks, path):
                 if member.name in members:
-                    first = f"the first in the family {members[member.name].family!r}"
-                    raise ConfigurationError(f"{member.where}: is there twice, {first}")
+                    first = f"first in the family {members[member.name].family!r}"
+                    raise ConfigurationError(f"{member.where}: is defined twice; {first}")
                 members[member.name] = member
     for path, document in families.items():
         for name in document.keys() - {*_OF_FAMILY, *asked}:

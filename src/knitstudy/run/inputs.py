@@ -44,7 +44,7 @@ class Effect:
         return f"{self.key} {100 * self.share:+.2g} %"
 
 
-def against_shelf(scene: Scene) -> str:
+def compared_with_library(scene: Scene) -> str:
     """Return the bending stiffness of the solid yarn of a scene, and that of the kept yarn of the nearest diameter."""
     yarn = scene.yarn
     solid = yarn.youngs_modulus * pi * yarn.diameter**4 / 64

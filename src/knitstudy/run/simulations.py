@@ -21,7 +21,7 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.knit.scene.scene import Scene, unit_warnings
 from knitstudy.mechanics.core.batches import VARIABLE, threads
 from knitstudy.run.plan import Plan, with_digits
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store, warn_of_another
@@ -96,8 +96,8 @@ def simulate(
     if folder is not None:
         store.folder = Path(folder)
         store.also = (OF_STUDY,)
-    for question in questions(scene):
-        log.warning(question)
+    for warning in unit_warnings(scene):
+        log.warning(warning)
     path = store.folder and store.folder / steps["simulation"].path
     if anew or not store.holds(steps["simulation"]):
         if path and scene.name not in plan.configured:

@@ -115,8 +115,8 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
     if text.startswith("PK\x03\x04"):
         raise DataFileError(f"{path}: is a workbook or another packed file; save the table as CSV")
     texts = re.split("\r\n|\r|\n", text)
-    said = SEPARATOR_LINE.match(texts[0].strip())
-    if said:
+    separator_line = SEPARATOR_LINE.match(texts[0].strip())
+    if separator_line:
         texts[0] = ""
     kept = {
         number: line
@@ -125,7 +125,7 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
     }
     best: tuple[Lines, str | None, list[_Found]] = ({}, None, [])
     most, first = 0, None
-    for mark in [said[1]] if said else SEPARATORS:
+    for mark in [separator_line[1]] if separator_line else SEPARATORS:
         if mark is not None and mark not in text:
             continue
         try:
@@ -326,21 +326,21 @@ def _log_unused(lines: Lines, found: _Found, bad: list[int], path: Path) -> None
 def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
     """Return the decimal mark of all numbers of a table."""
     numbers = sorted(text.translate(ONE_STYLE) for text in texts if NUMBER(text))
-    said: dict[str, str] = {}  # by decimal mark, a number that takes it
+    evidence: dict[str, str] = {}  # by decimal mark, a number that takes it
     for number in numbers:
         body = re.split("[eE]", number)[0]
         both = [mark for mark in ".," if mark in body]
         if len(both) == 2:
             mark = max(both, key=body.rfind)
-            said.setdefault(mark, f"{number} {DECIMAL[mark]}")
+            evidence.setdefault(mark, f"{number} {DECIMAL[mark]}")
         elif both and body.count(both[0]) > 1:
-            said.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
+            evidence.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
         elif both and (not GROUPED(body) or body.lstrip("+-").startswith("0")):
-            said.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
-    if len(said) == 2:
-        raise DataFileError(f"{path}: {said['.'].replace(' ', ' has ', 1)} and {said[',']}")
-    if said:
-        return next(iter(said))
+            evidence.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
+    if len(evidence) == 2:
+        raise DataFileError(f"{path}: {evidence['.'].replace(' ', ' has ', 1)} and {evidence[',']}")
+    if evidence:
+        return next(iter(evidence))
     # Between commas or spaces a point is a decimal one.
     marks = "," if separator in (",", None) else ",."
     if grouped := next((number for number in numbers if any(mark in number for mark in marks)), None):

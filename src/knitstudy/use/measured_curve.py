@@ -289,7 +289,7 @@ def file_stem(path: Path) -> str:
 
 
 def _kept(beside: Path) -> dict[str, Any]:
-    """Return how a file is read, as it was said before."""
+    """Return the options with which a file was read before."""
     kept = read_yaml(beside) if beside.is_file() else {}
     if wrong := _wrong(kept):
         raise DataFileError(

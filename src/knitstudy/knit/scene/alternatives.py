@@ -228,7 +228,7 @@ def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None
 
 def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
     if name in keys and base in keys:
-        raise ConfigurationError(f"{where}: {name} and {base} say the same; leave one of them out")
+        raise ConfigurationError(f"{where}: {name} and {base} conflict: set only one of them")
 
 
 def _positive(name: str, value: Any, where: str) -> float:
@@ -401,15 +401,15 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
 
 
 def _estimates(
-    strands: list[Strand], values: Mapping[str, Value], where: str, said: Any = None
+    strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any = None
 ) -> dict[str, Value]:
     """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3).
 
-    The diameter follows from the packing, or else is that of the file, or the one that the scene has `said` [m].
+    The diameter follows from the packing, or else is that of the file, or the `diameter` that the scene sets [m].
     """
     known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if isinstance(said, int | float) and said > 0:
-        known.setdefault("diameter", np.full(3, float(said)))
+    if isinstance(diameter, int | float) and diameter > 0:
+        known.setdefault("diameter", np.full(3, float(diameter)))
     packed = "packing" in known or "diameter" not in known
     if packed and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
         needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"

@@ -143,7 +143,7 @@ else:
 class Section(_Model):
     """A group of keys that belong together.
 
-    A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of the keys that are not said.
+    A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of keys that are not set.
     """
 
     group: ClassVar[str] = ""
@@ -175,8 +175,8 @@ class Section(_Model):
 AnySection = TypeVar("AnySection", bound=Section)
 
 
-def said(part: Any) -> Any:
-    """Return the keys that were said of a section, as plain data; anything else as it is."""
+def explicit_keys(part: Any) -> Any:
+    """Return the explicitly set keys of a section as plain data; anything else unchanged."""
     return part.model_dump(mode="json", exclude_unset=True) if isinstance(part, Section) else part
 
 
@@ -252,7 +252,7 @@ def _bounded(number: str, field: FieldInfo) -> str:
 def validated(section: type[AnySection], values: Any, where: str, prefix: str = "") -> AnySection:
     """Return a section of given values, as read from YAML: lists stand for tuples.
 
-    The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
+    `where`, the file or scene that they come from, is the prefix of error messages; `prefix` is the name of the section
     with a dot, or is empty.
     Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """

@@ -60,8 +60,8 @@ class Labels(Section):
 
     @field_validator("interaction")
     @classmethod
-    def _kept_name(cls, said: str) -> str:
-        return next((name for name, word in WORDS.items() if word == said), said)
+    def _kept_name(cls, given: str) -> str:
+        return next((name for name, word in WORDS.items() if word == given), given)
 
 
 class Part(Labels):
@@ -76,8 +76,8 @@ class Part(Labels):
     """Of a model: the repeats of stitches that its loops may have."""
     slips: ClassVar[bool] = False
     """Of a model: whether yarns in contact have to be able to slip."""
-    idle_beside: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Of a model: dotted keys that it does not read where other keys are all given."""
+    ignored_if_set: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Of a model: dotted keys that it ignores if the other keys are all set."""
     retired: ClassVar[Mapping[str, Any]] = {}
     """Values by dotted key that results were made with before the key was taken from these scenes: a key that nothing
     reads. They keep digests of results, and problems, what they were."""

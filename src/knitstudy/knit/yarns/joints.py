@@ -328,7 +328,7 @@ class Springs:
 
     @property
     def tangential(self) -> float:
-        """The same of one stiffness for x and y together, which no turn of the axes changes [N/m]."""
+        """Isotropic in-plane version: one stiffness for x and y, whatever the orientation of the axes [N/m]."""
         return float(_nearest(self.force[:, :2], self.displacement[:, :2]))
 
     @property

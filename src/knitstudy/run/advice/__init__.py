@@ -109,7 +109,7 @@ class Promises:
 
     @classmethod
     def of(cls, problem: Problem, where: str) -> Promises:
-        """Return what is promised of a problem; `where` begins messages.
+        """Return what is promised of a problem; `where` is the prefix of error messages.
 
         Raises ConfigurationError where it lies outside of the box, or too few knits have been measured.
         """
@@ -213,7 +213,7 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
 def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
-    `where` begins messages.
+    `where` is the prefix of error messages.
     Raises ConfigurationError where there is no promise, or no model setting is accurate, fast or small enough: the
     message names the nearest one, and the endless cell where that would do.
     """

@@ -20,7 +20,7 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import naming_remedy, open_regular, read_dataset
 from knitstudy.knit.scene.documents import WORKFLOW
-from knitstudy.knit.scene.scene import questions
+from knitstudy.knit.scene.scene import unit_warnings
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
 from knitstudy.run.configuration import choice_of, problem_of
@@ -90,8 +90,8 @@ def run(
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     console.say(f"{results.path}:", err=True)
     console.print_table(("quantity", "value", "unit"), summarise(results.history))
-    for question in questions(chosen):  # again: the first time was before all other messages
-        console.say(question, err=True)
+    for warning in unit_warnings(chosen):  # again: the first time was before all other messages
+        console.say(warning, err=True)
     if before is not None and "load" in before and anew and not changes:
         others = ", ".join(differing_variables(before, results.history))
         made = console.plain(str(before.attrs.get("source", "")))

@@ -15,7 +15,7 @@ from knitstudy.knit.scene.alternatives import known_yarns, read_yarn, values_of_
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import documented
 from knitstudy.knit.scene.kinds import MODELS, Labels, defaults_of_fields, word_of
-from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
+from knitstudy.knit.scene.scene import LABELS, Scene, flat, unit_warnings
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
     BESIDE,
@@ -145,8 +145,8 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
             for text in filter(None, (_known_rest(scene, what, config), loop)):
                 console.say(text)
         finally:  # a value in another unit may be why there is no loop
-            for question in questions(scene):
-                console.say(question, err=True)
+            for warning in unit_warnings(scene):
+                console.say(warning, err=True)
 
 
 def _check_folder(folder: Path) -> None:
@@ -295,12 +295,12 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
 
 def _print_inputs(problem: Problem) -> None:
     """Print the inputs that the force of an endless cell changes most with, and how a spun yarn bends."""
-    from knitstudy.run.inputs import SHARE, against_shelf, effects_on_force
+    from knitstudy.run.inputs import SHARE, compared_with_library, effects_on_force
 
     if effects := effects_on_force(problem):
         what = f"force of an endless cell, for {100 * SHARE:g} % more of an input"
         console.say(f"{what}: yarn.youngs_modulus {100 * SHARE:+g} %, {', '.join(map(str, effects))}")
-    console.say(against_shelf(problem.scene))
+    console.say(compared_with_library(problem.scene))
 
 
 def _print_plan(choice: Choice) -> None:

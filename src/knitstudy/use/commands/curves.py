@@ -86,8 +86,8 @@ def _read(measured: Path, direction: str, named: dict[str, Any]) -> tuple[pd.Ser
     given = {name: named[name] for name in READ_BY if named[name] is not None}
     curve = read_curve(measured, given, only, direction, **how)
     which = only | {name: str(how[name]) for name, usual in USUAL.items() if how[name] != usual}
-    said = ",".join(f"{name}={value}" for name, value in which.items())
-    return curve, "-".join(filter(None, (file_stem(measured), said and safe_name(said))))
+    choice = ",".join(f"{name}={value}" for name, value in which.items())
+    return curve, "-".join(filter(None, (file_stem(measured), choice and safe_name(choice))))
 
 
 def _chosen(pairs: Iterable[str]) -> dict[str, str]:
@@ -139,7 +139,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
 
     A curve begins at its first point: a preload, the position of the crosshead there and the offset of a load cell are
     taken off, and a line says so. A file whose first row comes one step after its own zero keeps this zero. A first
-    force of more than a tenth of the others is a question, which --zero answers. --zero toe takes off a toe of slack.
+    force of more than a tenth of the others is refused until --zero is given. --zero toe takes off a toe of slack.
 
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv

@@ -17,7 +17,7 @@ from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedE
 from knitstudy.knit.scene.specimens import Cell, Knit
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.mechanics.core.arrays import Floats, Ints
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 OF_SECOND = tuple(in_section(key, SECTIONS[1]) for key in STIFFNESSES)
 THINNEST = 0.5  # of the diameters of two yarns, thinner over thicker: contact was checked down to there
@@ -92,7 +92,7 @@ class CellOfBeams(_Beams, Cell):
 
     slips = True
     takes: ClassVar = "all stitches"
-    idle_beside: ClassVar = {
+    ignored_if_set: ClassVar = {
         "beam.section": ("yarn.pressing",),
         "beam.stiffness": ("yarn.pressing",),
         "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
@@ -112,8 +112,8 @@ class CellOfBeams(_Beams, Cell):
     @property
     def yarns(self) -> tuple[SetYarn, ...]:
         """Its yarns: that of rows a, and that of rows b where there is one."""
-        said = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
-        own = {key: value for key, value in said.items() if value is not None and key != "rows"}
+        values = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
+        own = {key: value for key, value in values.items() if value is not None and key != "rows"}
         return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)
 
     @property
@@ -182,7 +182,7 @@ MODELS.register(
         name="beam",
         meaning="beams in contact",
         parts=(Beams, CellOfBeams),
-        build=later("knitstudy.knit.models.beam.build:build"),
+        build=lazy_import("knitstudy.knit.models.beam.build:build"),
         memory=350,
         memory_a_cell=3.3,
         seconds_a_cell=1.1,

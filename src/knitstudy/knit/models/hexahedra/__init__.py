@@ -11,7 +11,7 @@ from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Crossing, Knit
 from knitstudy.mechanics.solids.elements import ELEMENTS
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class SolidMesh(Section, group="mesh"):
@@ -107,6 +107,6 @@ MODELS.register(
         parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),
         solid=True,
         outputs=("fields", "vtu", "deck"),
-        build=later("knitstudy.knit.models.hexahedra.build:build"),
+        build=lazy_import("knitstudy.knit.models.hexahedra.build:build"),
     )
 )

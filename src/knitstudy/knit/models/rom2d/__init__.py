@@ -11,7 +11,7 @@ from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import Joints
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class PlanarJoints(Joints):
@@ -64,7 +64,7 @@ MODELS.register(
         meaning="a planar honeycomb of beams",
         parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
-        build=later("knitstudy.knit.models.rom2d.build:build"),
+        build=lazy_import("knitstudy.knit.models.rom2d.build:build"),
         memory=500,
         seconds_a_cell=0.15,
     )

@@ -11,7 +11,7 @@ from knitstudy.knit.scene.kinds import MODELS, Model
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Joints, Tie
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class SpatialJoints(Joints):
@@ -111,7 +111,7 @@ MODELS.register(
         meaning="a spatial network of beams",
         parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
-        build=later("knitstudy.knit.models.rom3d.build:build"),
+        build=lazy_import("knitstudy.knit.models.rom3d.build:build"),
         memory=500,
         seconds_a_cell=0.15,
     )

@@ -13,7 +13,7 @@ from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Crossing, Knit
 from knitstudy.mechanics.solids.spline_yarn import LARGEST_DEGREE
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
 
@@ -188,6 +188,6 @@ MODELS.register(
         ),
         solid=True,
         outputs=("fields", "vtu"),
-        build=later("knitstudy.knit.models.spline_yarns.build:build"),
+        build=lazy_import("knitstudy.knit.models.spline_yarns.build:build"),
     )
 )

@@ -140,8 +140,8 @@ def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
-            "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
-            "unknowns there"
+            "pair.support is 'back' but must be ends where fidelity is spline_yarns: spline yarns cannot fix half of "
+            "their surface"
         )
     space, nodes, spans = undeformed_yarns(scene, fabric)
     # Tangent, factors of single yarns and sums
