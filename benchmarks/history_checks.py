@@ -40,7 +40,7 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
     """Return the errors of a history that ended, a phrase for each, by the limits of the scene's gates."""
     values = {name: history[name].to_numpy() for name in FINITE}
     phrases = [
-        f"{name} holds a value that is no number"
+        f"{name} holds a value that is not a number"
         for name, value in values.items()
         if not np.isfinite(value).all()
     ]

@@ -139,7 +139,7 @@ def open_regular(path: Path) -> TextIO:
     """Open a text file to read and write whose name is fixed, such as a lock or a log; it is made if there is none.
 
     A link is not followed, and a pipe is not waited for: somebody else's folder may hold either.
-    Raises DataFileError where the path is no regular file.
+    Raises DataFileError where the path is not a regular file.
     """
     flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
@@ -147,10 +147,10 @@ def open_regular(path: Path) -> TextIO:
     except OSError as error:
         if error.errno not in (errno.ELOOP, errno.EISDIR, errno.ENXIO):
             raise
-        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it") from error
+        raise DataFileError(f"{path}: is not a regular file, and is not written to; delete it") from error
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it")
+        raise DataFileError(f"{path}: is not a regular file, and is not written to; delete it")
     return os.fdopen(descriptor, "r+", encoding="utf-8", errors="replace")
 
 
@@ -312,7 +312,7 @@ def _checksums(path: Path) -> tuple[str, str]:
         mark = file.read(len(MARK))
         recorded = file.read().decode("ascii", errors="replace")
     if mark != MARK:
-        why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
+        why = "it was cut, changed or opened for writing, or is not a file of this version of knitstudy"
         raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
     return recorded, file_digest(path, size)
 
@@ -524,7 +524,7 @@ def _no_numbers(dataset: xr.Dataset) -> str:
     """Return which variable of a history holds values that are no numbers; an empty text where none does."""
     for name in FINITE if _is_history(dataset) else ():
         if name in dataset and not np.isfinite(dataset[name]).all():
-            return f"{name} holds a value that is no number"
+            return f"{name} holds a value that is not a number"
     return ""
 
 

@@ -146,7 +146,7 @@ def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     assert Scene.from_dict(sticky.to_dict()) == sticky
     with refusal(r"contact\.adhesion is -1 but must be a number from 0 to"):
         sticky.replace("contact.adhesion", -1)
-    with refusal(r"contact\.adhesion is no key of a scene whose"):
+    with refusal(r"contact\.adhesion is not a key of a scene whose"):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     page = docs_script("keys").keys_page()
     (row,) = (line for line in page.splitlines() if line.startswith("| `contact.adhesion`"))

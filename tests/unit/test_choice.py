@@ -189,7 +189,7 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
     for text in (b"error [1]\nlarge\n", ",".join(choice.COLUMNS[:-1]).encode(), "Länge".encode("latin-1")):
         choice.OWN.write_bytes(text)
-        with refusal(r"measured\.csv: is no table of errors and prices"):
+        with refusal(r"measured\.csv: is not a table of errors and prices"):
             ask(accuracy=0.5)
 
 

@@ -495,6 +495,6 @@ def test_a_folder_called_as_a_number_is_one(knitstudy, monkeypatch):
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
     monkeypatch.setattr("knitstudy.run.trade.run", lambda *_, **__: pytest.fail("it ran"))
-    assert "measured.csv: is no table of errors and prices (it has no column" in message(
+    assert "measured.csv: is not a table of errors and prices (it has no column" in message(
         knitstudy("measure", "yarns-tie-course")
     )

@@ -58,7 +58,7 @@ def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, mes
 def test_values_that_are_no_numbers_are_faults(whole, plain_scene, name):
     dataset = whole()
     dataset[name][-1] = np.nan
-    assert faults(dataset, plain_scene) == [f"{name} holds a value that is no number"]
+    assert faults(dataset, plain_scene) == [f"{name} holds a value that is not a number"]
 
 
 def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):

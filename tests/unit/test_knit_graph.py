@@ -166,7 +166,7 @@ WRONG = {
     "intarsia": (intarsia, "yarn of carrier"),
     "empty": (Graph, "knit graph: has no stitches"),
     "tucks alone": (lambda: knitted(["T"], up=1), "has no stitches"),
-    "another object": (lambda: (1, None, 2), "an object of type tuple is no knit"),
+    "another object": (lambda: (1, None, 2), "an object of type tuple is not a knit"),
 }
 
 

@@ -31,7 +31,7 @@ def test_friction_is_the_word_for_a_name_that_digests_keep(scene):
     assert (said, said.hash, said.interaction) == (kept, kept.hash, "isotropic")
     assert str(said).endswith(", friction)")
     assert said.to_dict()["interaction"] == "isotropic"
-    with refusal("no key of a scene .* and interaction friction"):
+    with refusal("not a key of a scene .* and interaction friction"):
         said.replace("yarn.set", 0.5)
 
 
@@ -82,7 +82,7 @@ def test_changes_that_are_refused(name, changes, message):
         load_scene(name).vary(changes)
 
 
-@pytest.mark.parametrize(("group", "message"), [("lod", "unknown key 'lod'"), ("beam", "beam is no key")])
+@pytest.mark.parametrize(("group", "message"), [("lod", "unknown key 'lod'"), ("beam", "beam is not a key")])
 def test_an_empty_group_that_a_scene_does_not_have_is_refused(scene, group, message):
     with refusal(message):
         Scene.from_dict(scene.to_dict() | {group: {}})
@@ -195,7 +195,7 @@ def test_a_retired_key_counts_with_the_value_that_results_were_made_with(grown):
         "mesh.size": 0.5,
         **{f"solver.{name}": getattr(grown().solver, name) for name in Newton.model_fields},
     }
-    with refusal(r"mesh\.size is no key of a scene whose .* fidelity growing"):
+    with refusal(r"mesh\.size is not a key of a scene whose .* fidelity growing"):
         grown().replace("mesh.size", 0.5)
 
 
@@ -224,7 +224,7 @@ def test_a_scene_is_made_of_what_a_user_says():
             "scene: pattern.course_spacing is 0.0001 m but",
         ),
         (lambda: Beams(contact=Friction(friction=-1.0)), "Friction: friction is -1.0"),
-        (lambda: Knit(), "Knit is no class of scenes of a model; take one of Beams, CellOfBeams"),
+        (lambda: Knit(), "Knit is not a class of scenes of a model; take one of Beams, CellOfBeams"),
     ]:
         with refusal(message):
             made()

@@ -203,7 +203,7 @@ def test_a_link_in_the_place_of_the_lock_is_refused(knitstudy, tmp_path):
     (tmp_path / "run" / "study.lock").symlink_to(tmp_path / "elsewhere")
     ended = knitstudy("study", "ci", "--", "results/geometry/pair90.nc")
     assert ended.returncode == 1
-    assert ended.stderr == "error: run/study.lock: is no regular file, and is not written to; delete it\n"
+    assert ended.stderr == "error: run/study.lock: is not a regular file, and is not written to; delete it\n"
     assert not (tmp_path / "elsewhere").exists()
 
 

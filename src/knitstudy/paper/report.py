@@ -280,7 +280,7 @@ class ScreenPicture:
                 shown = image.convert("RGB")
                 texts = dict(image.info)
         except (OSError, UnidentifiedImageError) as error:
-            message = f"{path}: is no picture ({error}); make it again with `make study`"
+            message = f"{path}: is not a picture ({error}); make it again with `make study`"
             raise DataFileError(message) from error
         width, height = shown.size
         millimetres = 25.4 * width / float(texts.get("dpi", (300.0,))[0])

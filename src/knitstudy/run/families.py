@@ -234,7 +234,7 @@ def _values(keys: Any, taken: Mapping[str, str], prefix: str) -> Iterator[tuple[
     ``KEY by PLACEHOLDER`` has a value for every choice, and ``{PLACEHOLDER}`` in a text stands for the choice.
     """
     if not isinstance(keys, dict):
-        raise ConfigurationError(f"{prefix}: {reprlib.repr(keys)} is no mapping of keys to values")
+        raise ConfigurationError(f"{prefix}: {reprlib.repr(keys)} is not a mapping of keys to values")
     for key, value in keys.items():
         name = key
         if by := _BY.fullmatch(key):

@@ -76,7 +76,7 @@ class States(Chosen):
         parts: list[States] = []
         for name, history in histories.items():
             if "cell_strain" not in history or "pressure" in history:
-                raise DataFileError(f"{name}: is no history of a cell without plates, as a law is fitted to")
+                raise DataFileError(f"{name}: is not a history of a cell without plates, which a law needs")
             stretch = history["cell_strain"].to_numpy()
             stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
             force = history["force_per_width"].to_numpy()[: len(stretch)]

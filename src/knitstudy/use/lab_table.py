@@ -92,8 +92,8 @@ def read_lab_table(path: Path, skip_bad: bool = False, number: int | None = None
     if bad and not skip_bad:
         names = ", ".join(found.names[:6]) + (", ..." if len(found.names) > 6 else "")
         raise DataFileError(
-            f"{path}: line {bad[0]} ({' | '.join(lines[bad[0]])[:SHOWN]}) is no row of the {len(found.names)} columns "
-            f"{names[: 2 * SHOWN]}: mend it, or add --skip-bad"
+            f"{path}: line {bad[0]} ({' | '.join(lines[bad[0]])[:SHOWN]}) is not a row of the {len(found.names)} "
+            f"columns {names[: 2 * SHOWN]}: mend it, or add --skip-bad"
         )
     _log_unused(lines, found, bad, path)
     columns = list(zip(*rows.values(), strict=True)) or [()] * len(numeric)
@@ -131,7 +131,7 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
         try:
             lines = _split(kept, mark)
         except csv.Error as error:
-            raise DataFileError(f"{path}: is no table of text ({error}); save it as CSV") from error
+            raise DataFileError(f"{path}: is not a table of text ({error}); save it as CSV") from error
         tables = _tables(lines)
         rows = sum(len(table.rows) for table in tables)
         if rows > most:

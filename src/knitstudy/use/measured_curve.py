@@ -59,7 +59,7 @@ def simulated_curve(
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
     if not np.isfinite([curve.index, curve]).all():
-        raise DataFileError("its curve holds a value that is no number; make it again")
+        raise DataFileError("its curve holds a value that is not a number; make it again")
     every = branches(curve)[BRANCHES.index(branch) :: 2]
     if not every:
         raise DataFileError(f"the history has no {branch}: simulate one, with load.turns")

@@ -253,7 +253,7 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
     Half a turn leads them along x with heads and sinkers behind the legs; the first point goes to x = 0, the middles of
     y and z to 0. The mirror image about the middle of the loop and, where the number of points is a multiple of four,
     that of the half turn about the middle of a leg are averaged in.
-    Raises ConfigurationError where the file is no table of a loop.
+    Raises ConfigurationError where the file is not a table of a loop.
     """
     try:
         points = _table(path)

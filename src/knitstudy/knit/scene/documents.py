@@ -127,7 +127,7 @@ class _Loader(yaml.CSafeLoader):
         """Refuse numbers in other than tens: 045 is 37 to YAML, 1:30 is 90, and 1:30.5 is 90.5."""
         whole = node.tag.endswith(":int")
         if ":" in node.value or (whole and not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value)):
-            message = f"{node.value} is no plain number: write it in tens, or in quotes if it is a name"
+            message = f"{node.value} is not a plain number: write it in tens, or in quotes if it is a name"
             raise _Refused(message, node)
         return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
 

@@ -226,7 +226,8 @@ def _ending(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault
             return Fault(
                 loop.line,
                 f"needle {name_of(loop.needle)} has no loop after row {loop.row + 1} of {body.rows[-1] + 1}: a piece "
-                f"whose needles end, as where it becomes narrower ({width_of(machine, body)}), is no endless fabric",
+                f"whose needles end, as where it becomes narrower ({width_of(machine, body)}), is not an endless "
+                "fabric",
             )
     return None
 

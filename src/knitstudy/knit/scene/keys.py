@@ -184,7 +184,7 @@ def explicit_keys(part: Any) -> Any:
 def describe(section: type[Section], name: str) -> Description:
     """Return the description of the key `name` of a section, without source and checked range."""
     known: Any = section.model_fields[name].json_schema_extra
-    assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
+    assert isinstance(known, Description), f"{section.__name__}.{name} is not a key"
     return known
 
 

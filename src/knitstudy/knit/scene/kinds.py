@@ -336,4 +336,4 @@ def not_of_kind(kind: Kind, key: str) -> str:
     if key not in all_keys() and key not in all_sections():
         return unknown_key(key)
     of = f"specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
-    return f"{key} is no key of a scene whose {of} and interaction {word_of(kind.interaction.name)}; leave it out"
+    return f"{key} is not a key of a scene whose {of} and interaction {word_of(kind.interaction.name)}; leave it out"

@@ -26,7 +26,7 @@ def machine_of(graph: Any) -> Machine:
         sources = sorted(graph)
         edges = list(graph.braid_graph.edge_iter)
     except (AttributeError, TypeError):
-        fact = f"an object of type {type(graph).__name__} is no knit"
+        fact = f"an object of type {type(graph).__name__} is not a knit"
         raise ConfigurationError(f"{fact}: allowed are paths of knitout files, and knit graphs") from None
     if all(hasattr(loop, "source_instruction") for loop in sources):
         return _machine_of_instructions(sources, edges)

@@ -330,7 +330,7 @@ class Letters:
             widths = width_of(self.machine, body)
             return (
                 f"needle {needle} is empty where row {row} of the repeat knits on it again: a piece that becomes "
-                f"narrower or wider ({widths}) is no endless fabric"
+                f"narrower or wider ({widths}) is not an endless fabric"
             )
         return wrong
 

@@ -194,9 +194,9 @@ class Machine:
 
     def _needle(self, word: str) -> Needle:
         if not (match := NEEDLE.fullmatch(word)):
-            raise self._refuse(f"{shown(word)} is no needle; expected is one such as f10, b-2 or fs3")
+            raise self._refuse(f"{shown(word)} is not a needle; expected is one such as f10, b-2 or fs3")
         if len(digits := match[2].lstrip("-0")) > DIGITS:
-            raise self._refuse(f"{shown(word)} is no needle of a bed; allowed are {DIGITS} digits")
+            raise self._refuse(f"{shown(word)} is not a needle of a bed; allowed are {DIGITS} digits")
         return match[1], int(digits or 0) * (-1 if match[2].startswith("-") else 1)
 
     def _position(self, needle: Needle) -> float:

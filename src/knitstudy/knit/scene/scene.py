@@ -358,7 +358,7 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
     model = next((model for model in MODELS.all().values() if cls in model.parts), None)
     if model is None:
         known = ", ".join(part.__name__ for model in MODELS.all().values() for part in model.parts)
-        raise ConfigurationError(f"{cls.__name__} is no class of scenes of a model; take one of {known}")
+        raise ConfigurationError(f"{cls.__name__} is not a class of scenes of a model; take one of {known}")
     interaction = "isotropic" if cls.touches else "tie"
     return {
         "name": NAMELESS,

@@ -315,7 +315,9 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
-        raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
+        raise ConfigurationError(
+            f"{path}: is not a table of errors and prices ({error}); {remedy}"
+        ) from error
 
 
 def front(settings: Iterable[ModelSetting]) -> list[ModelSetting]:

@@ -157,7 +157,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     scene, direction = _pulled(console.recorded(str(result), {})[0])
     whole, name = _read(measured, direction, named)
     if "axis" not in history.attrs:
-        raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
+        raise DataFileError(f"{result}: is not a history; name a file of runs/simulation")
     way = {name: named[name] for name in WAY}
     with console.naming(result):
         simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)

@@ -119,7 +119,7 @@ def strip(
 
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain", "law_force"} <= set(fitted.variables):
-        raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
+        raise DataFileError(f"{law}: is not a law of a fabric; `knitstudy membrane` makes one")
     axis = STRAINS.index(direction)
     path = output or law.with_name(f"{law.stem}-{direction}.csv")
     pulled, free = (
