@@ -148,7 +148,7 @@ class Networks:
         }
 
     def stretched(self, height: float, wider: float = 0.0) -> Fabric:
-        """Return the knit whose loops are optimised anew with halves `height` apart, and rows `wider` apart [m]."""
+        """Return the knit whose loops are optimised again with halves `height` apart, and rows `wider` apart [m]."""
         loop = self.base.loop
         assert isinstance(loop, Loop), "a plain knit has a loop"
         points = loop.control_points.copy()

@@ -128,7 +128,7 @@ def measure_sample(
             found = collect(trade, problems, records)
             write_table(found, folder / "trade.csv")
     if other:
-        print(f"{other} records were made by other code: --anew makes them again")
+        print(f"{other} records were made by other code: --force makes them again")
     return found
 
 
@@ -219,9 +219,9 @@ if __name__ == "__main__":
     parser.add_argument(
         "--cases", type=lambda text: text.split(","), default=[], help="cases to measure, all"
     )
-    parser.add_argument("--anew", action="store_true", help="measure knits even if their records are there")
+    parser.add_argument("--force", action="store_true", help="measure knits even if their records are there")
     asked = parser.parse_args()
     try:
-        print(keep(measure_sample(asked.first, anew=asked.anew, only=asked.cases)))
+        print(keep(measure_sample(asked.first, anew=asked.force, only=asked.cases)))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

@@ -81,7 +81,7 @@ def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
 
 @pytest.mark.optional_packages
 def test_a_table_is_made_from_another_table(scenes):
-    """Its file is a source, and its digest counts: one simulation less makes both anew."""
+    """Its file is a source, and its digest counts: one simulation less makes both again."""
     every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))
     assert set(every.files("verdicts", "out")) == {"claims", "readings", "findings"}
     assert every.files("verdicts", "out")["findings"] == "out/tables/findings.csv"

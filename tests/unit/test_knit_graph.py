@@ -104,7 +104,7 @@ def cable_without_crossings():
 
 
 def dropped():
-    """Every second row lets a loop fall and begins anew on its needle."""
+    """Every second row lets a loop fall and begins again on its needle."""
     graph = Graph()
     row = graph.rows(2, [None] * 6)
     for _ in range(4):

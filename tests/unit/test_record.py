@@ -51,7 +51,7 @@ def test_files_follow_the_conventions_and_describe_their_variables(folder):
 
 @pytest.mark.optional_packages
 def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
-    again = command("run", file, "--anew", "-o", tmp_path)
+    again = command("run", file, "--force", "-o", tmp_path)
     assert again.exit_code == 0, again.output
     assert "the same as in" in again.stderr
     assert "mine.nc, to the last bit, but for times" in again.stderr
@@ -113,6 +113,6 @@ def test_a_variable_of_another_bit_is_named(file, tmp_path):
         force=data["force"].copy(data=force), seconds=data["seconds"].copy(data=2 * data["seconds"])
     )
     write_dataset(changed.assign_attrs(scene_keys=json.dumps(keys)), tmp_path / "a.nc")
-    message = command("run", tmp_path / "a.nc", "--anew", "-o", tmp_path).stderr.splitlines()[-1]
+    message = command("run", tmp_path / "a.nc", "--force", "-o", tmp_path).stderr.splitlines()[-1]
     assert message.startswith(f"not the same as in {tmp_path / 'a.nc'}, made by knitstudy")
     assert message.endswith(": force")

@@ -188,5 +188,5 @@ def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
     for today in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
         warning = age_warning(kept, "keys", today, "Values", "reference")
         assert warning == (
-            "Values were kept on 2026-11-28; changed since then: keys of b; `make reference` makes them anew."
+            "Values were kept on 2026-11-28; changed since then: keys of b; `make reference` makes them again."
         )

@@ -262,6 +262,6 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     assert set(table.loc[table["model setting"] == "yarns4", "knit"]) == {"knit001", "knit005"}
     assert (
         capsys.readouterr().out.splitlines()[-1]
-        == "49 records were made by other code: --anew makes them again"
+        == "49 records were made by other code: --force makes them again"
     )
     assert set(measure_sample(2, tmp_path)["knit"]) == {"knit001", "knit002"}

@@ -96,8 +96,8 @@ def networks():
     kind = {"sweep": "bending and torsion", "value": 1.8, "interaction": "tie", "joint": "rigid"}
     row = table[(table[list(kind)] == pd.Series(kind)).all(axis=1)].iloc[0]
     made = mechanisms.Networks()
-    anew = made.pull(made.base, kind["interaction"], kind["joint"], mechanisms.Stiffness())
-    for quantity, value in anew.items():
+    again = made.pull(made.base, kind["interaction"], kind["joint"], mechanisms.Stiffness())
+    for quantity, value in again.items():
         yield row[quantity], value
 
 
@@ -131,8 +131,8 @@ STALE = {
 def test_the_cheapest_rows_are_made_again(name):
     pairs = list(CHECKS[name]())
     assert pairs, f"resources/{TARGETS[name][0]}: none of its rows was made again"
-    for kept, anew in pairs:
-        assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
+    for kept, again in pairs:
+        assert again == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
 
 
 @pytest.mark.full  # two minutes

@@ -74,7 +74,7 @@ def history(folder):
 
 
 def end_on_the_way(process, restart, end):
-    """End a command by a signal once it has written a restart file anew; return its status and its messages."""
+    """End a command by a signal once it has written a restart file again; return its status and its messages."""
     before = {path: path.stat().st_mtime_ns for path in restart.glob("*.npz")}
     with process:
         while process.poll() is None:

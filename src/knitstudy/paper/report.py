@@ -352,4 +352,4 @@ def age_warning(kept: Path, column: str, today: Mapping[str, str], what: str, ta
     days = ", ".join(sorted(set(changed["made"].astype(str))))
     first, *more = dict.fromkeys(changed[changed.columns[0]])
     which = f"{first} and {len(more)} more" if more else first
-    return f"{what} were kept on {days}; changed since then: {column} of {which}; `make {target}` makes them anew."
+    return f"{what} were kept on {days}; changed since then: {column} of {which}; `make {target}` makes them again."

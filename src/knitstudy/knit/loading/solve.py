@@ -318,7 +318,7 @@ class Checkpoint:
     state_type: type
 
     def save(self, increment: Increment, recorder: Recorder) -> None:
-        """Write the file anew, whole or not at all.
+        """Replace the file, whole or not at all.
 
         Raises TypeError if the state holds something that a restart file cannot keep.
         """
@@ -352,7 +352,7 @@ class Checkpoint:
         except Exception as error:  # readers of damaged archives raise nearly anything
             raise DataFileError(
                 f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
-                "the scene anew"
+                "the scene again"
             ) from None
 
     def _restore(self, data: dict[str, Floats], recorder: Recorder) -> Increment:

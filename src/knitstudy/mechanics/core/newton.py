@@ -117,7 +117,7 @@ class Newton:
         return self._iterate_from(self._predict(now, target), now, target)
 
     def _reset(self, at: Iterate) -> None:
-        """Start iterations anew in a state whose forces have changed."""
+        """Start the iterations again in a state whose forces have changed."""
         at.iterations = 0
         at.correction = np.inf
         at.tangent_is_stale = True

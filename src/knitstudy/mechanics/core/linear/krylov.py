@@ -173,7 +173,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
-# Iterations more than with a fresh preconditioner that may add up before it is made anew: as many as making one costs,
+# Iterations more than with a fresh preconditioner that may add up before it is made again: as many as making one costs,
 # so that never more than twice the least is spent (docs/notes/performance.md).
 WASTE = 15
 
@@ -182,10 +182,10 @@ class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
     def update(self, system: System) -> None:
-        """Make the preconditioner anew; the matrix changes afterwards: parts that are kept have to be copied."""
+        """Make the preconditioner again; the matrix changes afterwards: parts that are kept have to be copied."""
 
     def release(self) -> None:
-        """Give up the preconditioner, so that searches and tangents can use its memory before it is made anew."""
+        """Give up the preconditioner, so that searches and tangents can use its memory before it is made again."""
 
     def apply(self, residual: Floats) -> Floats:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
@@ -218,7 +218,7 @@ class Krylov:
         self._negative: int | None = None  # see `negative_eigenvalues`
 
     def forget(self) -> None:
-        """Give up the matrix and the preconditioner, which the next solve makes anew."""
+        """Give up the matrix and the preconditioner, which the next solve makes again."""
         self._waste = np.inf
         self.release()
 
@@ -230,7 +230,7 @@ class Krylov:
             self._direct.use(system)
 
     def release(self) -> None:
-        """Give up the matrix; the preconditioner stays unless it is due to be made anew."""
+        """Give up the matrix; the preconditioner stays unless it is due to be made again."""
         self._system = None
         if self._waste > WASTE:
             self.preconditioner.release()

@@ -332,7 +332,7 @@ class ThreeScale:
         self.crossing = CrossingScale(structure) if structure.patch is not None else None
 
     def update(self, system: System) -> None:
-        """Make all factors anew."""
+        """Make all factors again."""
         self.release()
         with system.symmetric():
             self.yarn.update(system.matrix)
