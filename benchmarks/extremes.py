@@ -3,8 +3,8 @@
 ``config/extremes.yaml`` lists the trials, one changed key at a time and many at random. A trial need not be a valid
 scene: `Trial.scene` refuses it. ``python benchmarks/extremes.py`` (`make extremes`) runs every trial in a process that
 has a limit of processor time, keeps the table in resources/extremes.csv and draws docs/notes/extremes.webp. A run that
-was stopped goes on: rows of today's code are read from results/extremes. A refused scene is a result like any other.
-A trial that ends neither with a sound history nor with a named error is a silent failure.
+was stopped goes on: rows of the present code are read from results/extremes. A refused scene is a result as well. A
+trial that ends neither with a sound history nor with a named error is a silent failure.
 """
 
 from __future__ import annotations

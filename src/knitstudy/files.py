@@ -227,7 +227,7 @@ def commit() -> str:
 def commit_of(checkout: Path) -> str:
     """Return the commit of a checkout, with ``-dirty`` if code has changed since; an empty text without git.
 
-    Kept tables and pages are no code: all tables that one run of ``make kept`` writes have one commit.
+    Committed tables and pages are not code: one run of ``make committed-tables`` writes one commit into all its tables.
     """
     git = partial(subprocess.run, cwd=checkout, capture_output=True, text=True, timeout=10, check=True)
     code = ("--", ".", ":!resources", ":!docs")

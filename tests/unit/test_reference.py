@@ -107,7 +107,7 @@ def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources
     assert single["uncertainty from disagreement"] == pytest.approx(12.24 * share)
 
 
-def test_the_kept_reference_is_of_the_problems_of_today():
+def test_the_committed_reference_has_the_present_problems():
     """A new key of the physics would change their digests, and the reference would no longer be found."""
     table, scenes = read_table(keep.REFERENCE), load_scenes()
     for name in load_study("reference"):

@@ -1,7 +1,8 @@
-"""Kept tables speak of the code that is there: their cheapest rows, made again, say the same.
+"""Committed tables agree with the present code: their cheapest rows, made again, are the same.
 
 A table is older than the physics as soon as a byte of it changes, and only rows that are made again say whether that
-matters. Tables of studies take hours (`make kept`); each check here takes seconds, predictions of fabrics two minutes.
+matters. Tables of studies take hours (`make committed-tables`); each check here takes seconds, predictions of fabrics
+two minutes.
 """
 
 from pathlib import Path
@@ -116,7 +117,7 @@ STALE = {
     "swatches": "widths of beams at rest: yarns are smooth where they touch, and a rest is stable",
     "extremes": "forces of beams in contact move by 1e-3: yarns are smooth where they touch",
 }
-"""Kept tables of which these rows say something else today, and why; a release makes them again."""
+"""Committed tables of which these rows differ with the present code, and why; a release makes them again."""
 
 
 @pytest.mark.parametrize(

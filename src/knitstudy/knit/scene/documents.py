@@ -22,7 +22,7 @@ DATA = Path(str(files("knitstudy"))) / "data"
 """Data of the package; in a checkout, links to its folders."""
 
 CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "resources", "workflow"))
-"""The default configuration, the kept tables, and scripts and rules of the workflow."""
+"""The default configuration, the committed tables, and scripts and rules of the workflow."""
 
 
 LARGEST, DEEPEST = 5_000_000, 20

@@ -34,7 +34,7 @@ Sections = dict[str, type[Section]]
 Found = TypeVar("Found")
 
 ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
-WORDS = {"isotropic": "friction"}  # what users read and write for names that digests and kept tables hold
+WORDS = {"isotropic": "friction"}  # what users read and write for names in digests and committed tables
 
 
 class Labels(Section):
