@@ -166,7 +166,7 @@ NO_LETTERS = {
     ),
     "held loop": (
         3 * [*along("+", 1, 4), *along("+", 6, 8), *MOVED, *BACK, *ACROSS, *BACK],
-        "no letter says that a held loop moves",
+        "stitch letters cannot express that a held loop moves",
     ),
 }
 

@@ -250,7 +250,7 @@ def fabric_sheet(
     cell = cell_of(scene)
     if not isnan(tex) and len(cell.yarns) > 1:
         raise ConfigurationError(
-            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; say yarn.tex and yarn_b.tex, or .of"
+            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; set yarn.tex and yarn_b.tex, or yarn.of and yarn_b.of"
         )
     starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
     for warning in unit_warnings(cell):
@@ -349,7 +349,7 @@ def _of_rest(start: str, history: xr.Dataset) -> list[str]:
     if known.get("saddles"):
         changes = zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
         went = ", ".join(f"{size} {PERCENT * change:+.2g} %" for size, change in changes)
-        notes.append(f"From {start}: the first balance is no rest, and the fabric leaves it ({went}).")
+        notes.append(f"From {start}: the first equilibrium is not stable, and the fabric leaves it ({went}).")
     if hides := hidden_wave(known):
         notes.append(f"From {start}: {hides}.")
     return notes

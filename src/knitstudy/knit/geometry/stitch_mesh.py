@@ -236,7 +236,7 @@ def _require_room(
         front += np.bincount(wale, z[passes] > 0, wales)
     apart = ((front == 0) | (front == every)).all() and 0 < front.sum() < every.sum()
     if not apart or near < least:
-        what = f"is {near:.2g} m from loops, {least:.2g} m are needed: a smaller geometry.diameter_share gives room"
+        what = f"is {near:.2g} m from loops, {least:.2g} m are needed: use a smaller geometry.diameter_share"
         if not apart:
             what = "would pierce loops or lie beside all: allowed are rows of K and P, such as the rib [KP]"
         raise GeometryError(

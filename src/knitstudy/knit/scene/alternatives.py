@@ -174,9 +174,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
         values = {in_section(key, section): value for key, value in values.items() if key != FRICTION}
         own = [in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
         if lacking := [key for key in own if key not in values | remaining]:
-            raise ConfigurationError(
-                f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
-            )
+            raise ConfigurationError(f"{where}: {of} {keys[of]} has no value of {', '.join(lacking)}; set it")
     return remaining, {tex_key: None} | values | tex
 
 

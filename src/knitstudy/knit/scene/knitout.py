@@ -81,10 +81,10 @@ def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None
     if not rows:
         letters.require_one_yarn(body)
         if high < FEWEST and not body.repeats:
-            fact = f"row {body.rows[0] + 1} alone follows on the cast-on of all needles"
-            raise ConfigurationError(f"{machine.path}: {fact}: nothing says how it goes on")
+            fact = f"row {body.rows[0] + 1} alone follows the cast-on of all needles"
+            raise ConfigurationError(f"{machine.path}: {fact}: one row does not show the repeat")
     if not body.repeats and high > 1:
-        log.warning("%s: no rows repeat themselves: all of them are the repeat", machine.path)
+        log.warning("%s: no rows repeat: all rows are taken as the repeat", machine.path)
     names = [name_of(letters.needle[end]) for end in (body.columns[0], body.columns[-1], 0, -1)]
     read = Repeat(
         stitches, letters.spacing(body), (body.rows[0] + 1, body.rows[-1] + 1), (names[0], names[1])
@@ -312,7 +312,7 @@ class Letters:
         faults = [self.faults[place] for place in map(self.place, loops) if place in self.faults]
         if faults:
             first = min(faults, key=lambda fault: fault.line)
-            raise self._refuse(first.line, f"no letter of a stitch says this: {first.reason}")
+            raise self._refuse(first.line, f"stitch letters cannot express this: {first.reason}")
         if fault := fault_of_knit(self.machine, self.column, body):
             raise self._refuse(fault.line, fault.reason)
         if wrong := wrong_stitches(stitches):
@@ -340,13 +340,14 @@ class Letters:
         for loop in loops:
             row, column = self.place(loop)
             here = {self.place(parent) for parent in loop.parents}
-            said = parents.get(((row - body.rows[0]) % high, (column - body.columns[0]) % wide), ())
-            letters = {(row - up, column - along) for up, along in said}
+            drawn = parents.get(((row - body.rows[0]) % high, (column - body.columns[0]) % wide), ())
+            letters = {(row - up, column - along) for up, along in drawn}
             if here != letters and all(body.holds(*place) for place in here | letters):
                 raise self._refuse(
                     loop.line,
                     f"the loop of needle {name_of(loop.needle)} is drawn through {self._names(here)}, but the letters "
-                    f"{_short(stitches)} say {self._names(letters)}: no letter says that a held loop moves",
+                    f"{_short(stitches)} say {self._names(letters)}: "
+                    "stitch letters cannot express that a held loop moves",
                 )
 
     def _refuse(self, line: int, reason: str) -> ConfigurationError:

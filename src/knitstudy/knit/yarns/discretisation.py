@@ -153,7 +153,7 @@ def contact_surfaces(
         if nearest < window:
             raise ConfigurationError(
                 f"two crossings of a yarn are {nearest / radius:.2f} yarn radii apart, less than contact.window, "
-                f"{window / radius:.2f}: what each indents would count twice; use a smaller contact.window"
+                f"{window / radius:.2f}: their indentations would count twice; use a smaller contact.window"
             )
         along.append(_edges(yarn, stations, window, cell))
     surfaces = Cylinders(space, radius, along, int(np.ceil(2 * np.pi * radius / cell)))

@@ -76,8 +76,8 @@ class Contact:
     ) -> None:
         if isinstance(law, Indentation) and not isinstance(surfaces, Cylinders):
             raise ConfigurationError(
-                "the law of indentation adds what spline yarns do not show of it, but these are surfaces of other "
-                "elements, which show all of it: use Coulomb"
+                "the law of indentation adds the part of an indentation that spline yarns cannot resolve; these "
+                "surfaces belong to other elements, which resolve all of it: use Coulomb"
             )
         self.surfaces, self.law, self.margin, self.splits = surfaces, law, margin, splits
         self._undeformed = surfaces.carry(nodes)

@@ -92,13 +92,13 @@ def balanced(
         while (balance := _balance(past, each, drive, limit, work, gap)).adds_too_much:
             errors.append(abs(balance.added))
             reason = (
-                f"increment {each.index} does a work of {balance.done:.3g}, of which no form of energy has "
+                f"increment {each.index} does a work of {balance.done:.3g}; its energy balance misses "
                 f"{balance.added:.3g}"
             )
             if not worth_halving(errors):
                 log.warning(
-                    "%s, and shorter ones have no less: at load factor %.6g something snaps, or friction was not in "
-                    "balance where the path begins",
+                    "%s, and shorter increments miss as much: at load factor %.6g the structure snaps, or friction was "
+                    "not in equilibrium at the start of the path",
                     reason,
                     each.load,
                 )

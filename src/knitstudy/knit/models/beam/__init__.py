@@ -153,7 +153,7 @@ class CellOfBeams(_Beams, Cell):
         if second is self.yarn:
             if turns != ("a", "b"):
                 raise ValueError(
-                    f"yarn_b.rows is {list(turns)} but there is no yarn b: say yarn_b.of, or its values"
+                    f"yarn_b.rows is {list(turns)} but there is no yarn b: set yarn_b.of, or values of yarn_b"
                 )
             return self
         if turns[0] == INLAY or 2 * INLAY in "".join(turns):
