@@ -13,7 +13,7 @@ from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.build import beam_knit
 from knitstudy.knit.models.beam.contact import contact_of, joined
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import BeamSection, BeamState, Elements
+from knitstudy.mechanics.beams.beam import BeamElements, BeamSection, BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import ContactPoints, spline_weights
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
@@ -61,7 +61,7 @@ def test_circular_section():
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
     """With the factor kGA / EA both ends clamped give 1 / (L^3 / 12 EI + L / kGA) (MacNeal 1978)."""
     EA, kGA, EI, L = 7e3, 2e3, 5.0, 0.8
-    element = Elements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
+    element = BeamElements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
     now = beam.deform(element, np.array([[L, 0.0, 0.0]]), np.eye(3)[None], np.eye(3)[None])
     K = beam.stiffness(element, now)[0]
     assert K[7, 7] == pytest.approx(1 / (L**3 / (12 * EI) + L / kGA), rel=1e-14)

@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.run import inputs
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.commands.main import main
 
 
@@ -57,7 +57,7 @@ def test_spacings_are_inputs_of_drawn_loops_alone(jersey):
 
 def test_forces_of_the_jersey_change_with_diameter_and_spacing(jersey):
     """The jersey: of 1.02 d 54.3 for 51.5 N/m; beams of 0.3 R, 1.02 times the course spacing: 49.69 for 51.43."""
-    effects = {effect.key: effect.exponent for effect in inputs.effects_on_force(Problem(jersey))}
+    effects = {effect.key: effect.exponent for effect in inputs.effects_on_force(PhysicalProblem(jersey))}
     assert effects["yarn.diameter"] == pytest.approx(2.64, rel=0.03)
     assert effects["pattern.course_spacing"] == pytest.approx(-1.74, rel=0.05)
 

@@ -12,7 +12,7 @@ from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.spline_yarns import SplineYarns
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene, flat, unit_warnings
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Friction, Newton
@@ -170,7 +170,7 @@ class GrownKnit(Knit):
 @pytest.fixture
 def grown(scene, monkeypatch):
     """Function to a scene of a model with such a section."""
-    model = Model("growing", "a model that grew", (GrownKnit,), build=None)
+    model = FidelityModel("growing", "a model that grew", (GrownKnit,), build=None)
     monkeypatch.setitem(MODELS._entries, model.name, model)
     return lambda **keys: scene.vary(
         {"fidelity": "growing", "outputs": [], "grown.old": 2.0}

@@ -20,7 +20,7 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, strip_of
 from knitstudy.run.advice import TRADE_KEPT
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import Inputs, load_trade
 from knitstudy.run.configuration import CONFIG, load_scene
 from knitstudy.run.plan import Plan
@@ -86,7 +86,7 @@ def trade():
     )
     row = table[of].iloc[0]
     case = next(each for each in trade.cases() if str(each) == row["case"])
-    problem = Problem(trade.scene(case, Inputs.of_row(row), row["knit"]), trade)
+    problem = PhysicalProblem(trade.scene(case, Inputs.of_row(row), row["knit"]), trade)
     record = run(problem, "yarns-coarse", Path("run"))
     yield row["value [SI]"], record["values"][row["quantity"]]
 

@@ -37,7 +37,7 @@ Scenes = Mapping[str, Scene]  # by name
 
 
 @dataclass(frozen=True)
-class Results:
+class StageResults:
     """Results of one stage that a figure or table is made from."""
 
     stage: str  # "geometry", "mesh", "simulation", "contacts" or "stress"
@@ -67,14 +67,14 @@ def _pattern(names: tuple[str, ...]) -> re.Pattern[str]:
     return re.compile("|".join(map(translate, names)))
 
 
-def one(stage: str, *names: str, optional: bool = False) -> Results:
+def one(stage: str, *names: str, optional: bool = False) -> StageResults:
     """Return the result of the first of some scenes that a study has."""
-    return Results(stage, names, optional=optional)
+    return StageResults(stage, names, optional=optional)
 
 
-def several(stage: str, *patterns: str, **attributes: Any) -> Results:
-    """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
-    return Results(stage, patterns, several=True, **attributes)
+def several(stage: str, *patterns: str, **attributes: Any) -> StageResults:
+    """Return the results of all scenes whose names match a pattern; keywords are attributes of `StageResults`."""
+    return StageResults(stage, patterns, several=True, **attributes)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Display:
     title: str  # with the number in the paper
     make: Callable[..., Any]  # function that draws the figure or builds the table
     # Arguments of the function that are results: a Dataset, or several by the names of their scenes
-    results: Mapping[str, Results] = field(default_factory=dict)
+    results: Mapping[str, StageResults] = field(default_factory=dict)
     # Other arguments of the function: files by the names of `reference_files`
     files: tuple[str, ...] = ()
     # Arguments that are other tables of the study, by their names
@@ -220,7 +220,7 @@ class Displays:
             return {argument: known[argument] for argument in display.takes if argument in known}
         return None
 
-    def _steps(self, results: Results) -> list[Step]:
+    def _steps(self, results: StageResults) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
         scenes = results.scenes(self.study)
         stage = STAGES[results.stage]

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaul
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 from knitstudy.run.sources import Source
 
@@ -205,7 +205,7 @@ def asked_of(
     changes: Mapping[str, Any],
     config: Path = CONFIG,
     ask: Mapping[str, Any] = MappingProxyType({}),
-) -> tuple[Problem, Requirements, str]:
+) -> tuple[PhysicalProblem, Requirements, str]:
     """Return the physical problem of a scene with changed keys, its question, and the prefix of error messages.
 
     `ask` has the requirements that neither the scene nor the changes have.
@@ -217,7 +217,7 @@ def asked_of(
 
 def problem_of(
     name: str, changes: Mapping[str, Any], config: Path = CONFIG
-) -> tuple[Problem, dict[str, Any], str]:
+) -> tuple[PhysicalProblem, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}

@@ -15,7 +15,7 @@ from re import sub
 from knitstudy.errors import KnitstudyError
 from knitstudy.knit.scene.alternatives import OF_BEAMS, Value, known_yarns, read_yarn
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.simulations import simulate
 
 STEP = 0.02  # share by which an input is larger: loops for 10 % more often do not fit
@@ -104,7 +104,7 @@ def largest(effects: Iterable[Effect | None]) -> list[Effect]:
     return sorted(known, key=lambda effect: -abs(effect.exponent))[:SHOWN]
 
 
-def effects_on_force(problem: Problem) -> list[Effect]:
+def effects_on_force(problem: PhysicalProblem) -> list[Effect]:
     """Return the inputs that the force of a problem changes most with, of an endless cell by a cheap model.
 
     Nothing where no such cell is found.

@@ -24,7 +24,7 @@ from scipy.optimize import minimize
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
-from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
+from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, RowCurves
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.mechanics.core.arrays import Floats, Ints
 
@@ -51,9 +51,9 @@ class CostFunction:
         chord = np.linalg.norm(self._chords(loop.control_points), axis=1)
         self.sigma = 0.5 * (chord + self._roll(chord, 1))
 
-    def curves(self, points: Floats, row: Ints) -> Rows:
+    def curves(self, points: Floats, row: Ints) -> RowCurves:
         """Return curves through control points (P, 3); place k lies on row `row[k]`."""
-        return Rows(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
+        return RowCurves(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
 
     def _operator(self, row: Ints, u: Floats, order: int) -> tuple[Floats, Floats]:
         """Return a derivative at u (k, m) on rows (k,) as a linear map of the control points."""

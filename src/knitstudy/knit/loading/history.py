@@ -18,8 +18,7 @@ import xarray as xr
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import DrawnCellStrain
-from knitstudy.knit.scene.sections import Path as PairPath
+from knitstudy.knit.scene.sections import DrawnCellStrain, PairPath
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import Chosen
 from knitstudy.mechanics.core.increment import PHASES, Increment, PrescribedDisplacement, between_corners

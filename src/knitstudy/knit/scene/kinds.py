@@ -121,7 +121,7 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class FidelityModel:
     """A model of a fabric: its classes of scenes, name and cost."""
 
     name: str  # value of the key `fidelity`
@@ -153,7 +153,7 @@ class Model:
 
 SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.knit.scene.specimens")
 INTERACTIONS: Registry[Interaction] = Registry("interaction")
-MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
+MODELS: Registry[FidelityModel] = Registry("fidelity", "knitstudy.knit.models")
 """The models by the value of the key `fidelity`; every one is registered in a folder of its own."""
 
 INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction=None))
@@ -176,7 +176,7 @@ class Kind:
 
     specimen: Specimen
     interaction: Interaction
-    fidelity: Model
+    fidelity: FidelityModel
 
     @staticmethod
     def of(labels: Labels, where: str) -> Kind:
@@ -245,11 +245,11 @@ class Kind:
 
 
 @cache
-def _kind(specimen: Specimen, interaction: Interaction, fidelity: Model) -> Kind:
+def _kind(specimen: Specimen, interaction: Interaction, fidelity: FidelityModel) -> Kind:
     return Kind(specimen, interaction, fidelity)
 
 
-def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> str:
+def _why_not(specimen: Specimen, interaction: Interaction, fidelity: FidelityModel) -> str:
     """Return why a model has no scenes of a specimen with an interaction, and what has."""
     if specimen.name not in fidelity.specimens:
         others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]

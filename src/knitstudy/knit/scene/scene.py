@@ -42,7 +42,7 @@ from knitstudy.knit.scene.kinds import (
     unknown_key,
     word_of,
 )
-from knitstudy.knit.scene.sections import Path, Tension, Yarn
+from knitstudy.knit.scene.sections import PairPath, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import MATERIALS
@@ -82,7 +82,7 @@ class Scene(Part):
     """
 
     yarn: Yarn = section()
-    load: Tension | Path = section()
+    load: Tension | PairPath = section()
     solver: Newton = section()
     gates: Gates = section()
     _defaults: Mapping[str, Any] = PrivateAttr(default_factory=dict)

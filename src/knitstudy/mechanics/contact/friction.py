@@ -16,7 +16,7 @@ from knitstudy.mechanics.core.batches import Chosen
 
 
 @dataclass(frozen=True, eq=False)
-class ContactPoints:
+class FrictionPoints:
     """Pairs that touch in one configuration, or did at the last converged increment; all other pairs are open."""
 
     followed: ContactHistory  # of all pairs that are followed

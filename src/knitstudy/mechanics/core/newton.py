@@ -77,7 +77,7 @@ class Iterate:
         return self.iterations - int(np.argmin(self.residuals[len(self.residuals) - 1 - self.iterations :]))
 
 
-class Newton:
+class NewtonSolver:
     """Newton's method for one increment of the load at a time."""
 
     def __init__(

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.keys import Section, output
 from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
 from knitstudy.run.code_digest import physics_digest
 
@@ -102,13 +102,13 @@ class Promises:
     The rows are those of the sample, or those of this very knit.
     """
 
-    problem: Problem
+    problem: PhysicalProblem
     rows: Sequence[Mapping[str, Any]]
     basis: str = ""
     own: bool = False
 
     @classmethod
-    def of(cls, problem: Problem, where: str) -> Promises:
+    def of(cls, problem: PhysicalProblem, where: str) -> Promises:
         """Return what is promised of a problem; `where` is the prefix of error messages.
 
         Raises ConfigurationError where it lies outside of the box, or too few knits have been measured.
@@ -193,7 +193,9 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]) -> Problem:
+def problem_of_keys(
+    name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
+) -> PhysicalProblem:
     """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
     own: dict[str, Any] = {}
     for key, value in keys.items():
@@ -207,10 +209,10 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
             )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
-    return Problem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
+    return PhysicalProblem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
 
 
-def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
+def choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
     `where` is the prefix of error messages.
@@ -224,7 +226,7 @@ def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Problem, ask: Requirements) -> str:
+def without_edges(problem: PhysicalProblem, ask: Requirements) -> str:
     """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
     if not problem.scene.is_knit:
         return ""
@@ -234,7 +236,7 @@ def without_edges(problem: Problem, ask: Requirements) -> str:
         return ""
 
 
-def as_measured(problem: Problem) -> Problem | None:
+def as_measured(problem: PhysicalProblem) -> PhysicalProblem | None:
     """Return a knit with as many cells as the largest knits of the sample, in place of a larger one.
 
     None for a knit that is no larger, or that was measured itself.
@@ -242,7 +244,7 @@ def as_measured(problem: Problem) -> Problem | None:
     return None if not problem.scene.is_knit or own_rows(problem) else problem.largest_measured()
 
 
-def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
+def _choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
     if problem.scene.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     promises = Promises.of(problem, where)
@@ -264,7 +266,7 @@ def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
     return Choice(promises, ask, setting, tuple(settings))
 
 
-def own_rows(problem: Problem) -> list[Mapping[str, Any]]:
+def own_rows(problem: PhysicalProblem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
     return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
 

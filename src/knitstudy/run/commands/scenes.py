@@ -29,7 +29,7 @@ from knitstudy.run.advice import (
     front,
     without_edges,
 )
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.commands import console
 from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study, own_scenes
 from knitstudy.run.families import STUDIES
@@ -277,7 +277,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
         _print_plan(choose(problem, ask, where))
 
 
-def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]) -> None:
+def _print_larger(problem: PhysicalProblem, small: PhysicalProblem, settings: list[ModelSetting]) -> None:
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.run.cost import expected_cost
 
@@ -293,7 +293,7 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
     console.print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
-def _print_inputs(problem: Problem) -> None:
+def _print_inputs(problem: PhysicalProblem) -> None:
     """Print the inputs that the force of an endless cell changes most with, and how a spun yarn bends."""
     from knitstudy.run.inputs import SHARE, compared_with_library, effects_on_force
 

@@ -10,7 +10,7 @@ from pydantic import model_validator
 
 from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES, in_section
 from knitstudy.knit.scene.keys import OneOf, Positive, Section, numerics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import INLAY, OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
@@ -35,7 +35,7 @@ class FrictionAlone(Section, group="contact"):
     """Contact of cells, which has no keys but those of the interaction."""
 
 
-class BeamSection(Section, group="beam"):
+class BeamKeys(Section, group="beam"):
     """Contact along all yarns with "rigid" or "hertz" sections.
 
     Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5.
@@ -48,7 +48,7 @@ class BeamSection(Section, group="beam"):
     """Not printed; hard contact. Checked: 10 and 100 (scenes beam-*)."""
 
 
-class TiedBeamSection(BeamSection):
+class TiedBeamKeys(BeamKeys):
     """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
 
     Rigid sections press each other with `stiffness` E sqrt(R) approach^1.5; pinned ties have `stiffness` E R.
@@ -83,7 +83,7 @@ class Beams(_Beams, Knit):
     retired: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
 
     tie: Tie = section()
-    beam: TiedBeamSection = section()
+    beam: TiedBeamKeys = section()
     contact: TiedEdges = section()
 
 
@@ -106,7 +106,7 @@ class CellOfBeams(_Beams, Cell):
     yarn: SetYarn = section()
     yarn_b: SecondYarn = section()
     load: CellStrain = section()
-    beam: BeamSection = section()
+    beam: BeamKeys = section()
     contact: FrictionAlone = section()
 
     @property
@@ -178,7 +178,7 @@ class CellOfBeams(_Beams, Cell):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="beam",
         meaning="beams in contact",
         parts=(Beams, CellOfBeams),

@@ -84,13 +84,13 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     contact = contact_of(scene)
     law = scene.mesh.section_law
     of_scene = f"of scene {scene.name}"
-    cell = Cell.of(rows, contact, law, drawn_for=2 * fabric.radius)
+    cell = RelaxingCell.of(rows, contact, law, drawn_for=2 * fabric.radius)
     relaxation = _Relaxation(scene, plates / float(repeats.prod()), run.progress)
     removes_friction = contact.friction > 0 and scene.load.start == "rest"
     last = relaxation.balance(cell, f"relaxation {of_scene}", share=0.5 if removes_friction else 1.0)
     if removes_friction:
         stopped = relaxation.whole(cell).cell_state(last.state)
-        cell = Cell.of(rows, replace(contact, friction=0.0), law)
+        cell = RelaxingCell.of(rows, replace(contact, friction=0.0), law)
         cell = cell.starting_at(replace(stopped, contact=LineHistory.none()))
         last = relaxation.balance(cell, f"relaxation without friction {of_scene}", done=0.5, share=0.5)
     increments = last.index
@@ -121,7 +121,7 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
+class RelaxingCell:
     """A cell of rows, and its model."""
 
     rows: Rows
@@ -130,19 +130,21 @@ class Cell:
     model: EndlessBeams
 
     @classmethod
-    def of(cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None) -> Cell:
+    def of(
+        cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None
+    ) -> RelaxingCell:
         """Return the cell of rows, with loops `drawn_for` a diameter [m] that grows during relaxation."""
         model = endless_beams(rows, Lattice(rows.vectors), contact, section_law, drawn_for)
         return cls(rows, contact, section_law, model)
 
-    def starting_at(self, state: EndlessState) -> Cell:
+    def starting_at(self, state: EndlessState) -> RelaxingCell:
         """Return the cell with another state in which its load begins."""
         return replace(self, model=self.model.starting_at(state))
 
-    def tiled(self, state: EndlessState, counts: Ints) -> tuple[Cell, EndlessState]:
+    def tiled(self, state: EndlessState, counts: Ints) -> tuple[RelaxingCell, EndlessState]:
         """Return the cell of so many cells (2,) along courses and wales, and its state of copies of one."""
         tiling = Tiling.of(self.rows.stations.yarn, counts)
-        larger = Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
+        larger = RelaxingCell.of(self.rows.tiled(tiling), self.contact, self.section_law)
         model = larger.model
         stretched = counts[:, None] * self.model.vectors(state) - model.lattice.vectors
         tiled = EndlessState(
@@ -227,11 +229,11 @@ class _Relaxation:
             remedy=NEARER,
         )
 
-    def whole(self, cell: Cell) -> EndlessBeams | PressedBeams:
+    def whole(self, cell: RelaxingCell) -> EndlessBeams | PressedBeams:
         """Return the model of a cell, between the plates if there are any."""
         return PressedBeams(cell.model, self.plates) if self.plates else cell.model
 
-    def balance(self, cell: Cell, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
+    def balance(self, cell: RelaxingCell, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
         """Return the last increment of the path; progress goes from `done` by a `share` of the whole relaxation."""
 
         def report(load: float) -> None:
@@ -242,7 +244,7 @@ class _Relaxation:
 
         return balanced(what, self.whole(cell), self.held, self.settings, report, check=check)
 
-    def _require_apart(self, cell: Cell, increment: Increment) -> None:
+    def _require_apart(self, cell: RelaxingCell, increment: Increment) -> None:
         """Refuse an increment after which yarns overlap too much; raises as `gates.require_apart`."""
         model = cell.model
         state = self.whole(cell).cell_state(increment.state)
@@ -253,7 +255,7 @@ class _Relaxation:
         )
         require_apart(overlap, increment.index, self.scene.gates.overlap, FAR)
 
-    def stable(self, cell: Cell, last: Increment) -> EndlessState:
+    def stable(self, cell: RelaxingCell, last: Increment) -> EndlessState:
         """Return the first stable state after an equilibrium.
 
         Raises ConvergenceError if there is none.
@@ -279,7 +281,7 @@ class _Relaxation:
             "rest_with_friction with a larger contact.friction, or a shorter pattern.loop_length"
         )
 
-    def _below(self, cell: Cell, saddle: Any, mode: Mode) -> Increment:
+    def _below(self, cell: RelaxingCell, saddle: Any, mode: Mode) -> Increment:
         """Return the equilibrium of less energy of the two that flows from either side of a saddle reach.
 
         Raises ConvergenceError if neither side reaches an equilibrium.

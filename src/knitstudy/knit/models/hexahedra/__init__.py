@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, ClassVar
 
 from knitstudy.knit.scene.keys import OneOf, Section, numerics, resolution, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
@@ -35,7 +35,7 @@ class SolidMesh(Section, group="mesh"):
         return self.size / self.refinement
 
 
-class KnitContact(TiedEdges, FacetContact):
+class FacetKnitContact(TiedEdges, FacetContact):
     """Contact of knits of hexahedra."""
 
 
@@ -82,7 +82,7 @@ class Hexahedra(HexahedralScene, Knit):
 
     touches = True
 
-    contact: KnitContact = section()
+    contact: FacetKnitContact = section()
 
 
 class TiedPairOfHexahedra(HexahedralScene, Crossing):
@@ -101,7 +101,7 @@ class PairOfHexahedra(HexahedralScene, Crossing):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="hexahedra",
         meaning="solid yarns of hexahedra",
         parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),

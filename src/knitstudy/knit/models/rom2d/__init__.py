@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from knitstudy.knit.scene.keys import SceneName, numerics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import Joints
 from knitstudy.knit.scene.specimens import Knit
@@ -59,7 +59,7 @@ class PlanarNetwork(Knit):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="rom2d",
         meaning="a planar honeycomb of beams",
         parts=(PlanarNetwork,),

@@ -8,8 +8,7 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.solve import Problem
-from knitstudy.knit.models.rom3d import SpatialNetwork, TiedSpatialNetwork
-from knitstudy.knit.models.rom3d import Springs as SpringKeys
+from knitstudy.knit.models.rom3d import SpatialNetwork, SpringKeys, TiedSpatialNetwork
 from knitstudy.knit.yarns.joints import Joints, Springs, joint_points, patch_stiffness, springs
 from knitstudy.knit.yarns.network import contacts_of, problem, require_named, spatial_network
 

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 
 from knitstudy.knit.scene.keys import Section, numerics, resolution, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
@@ -92,7 +92,7 @@ class PolynomialContact(SolidContact):
         return self
 
 
-class KnitContact(TiedEdges, PolynomialContact):
+class PolynomialKnitContact(TiedEdges, PolynomialContact):
     """Contact of knits of spline yarns."""
 
 
@@ -133,7 +133,7 @@ class SplineYarns(SplineScene, Knit):
     retired: ClassVar = STIFFNESS
 
     solver: SolidNewton = section()
-    contact: KnitContact = section()
+    contact: PolynomialKnitContact = section()
 
 
 class TiedPairOfSplineYarns(SplineScene, Crossing):
@@ -175,7 +175,7 @@ class CellOfSplineYarns(SplineScene, Cell):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="spline_yarns",
         meaning="solid yarns of polynomials times splines",
         parts=(

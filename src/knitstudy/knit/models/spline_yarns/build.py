@@ -23,7 +23,7 @@ from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.mesh.section import Section, Spacing, place_slices
+from knitstudy.knit.mesh.section import SectionMesh, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.knit.models.spline_yarns import (
     CellOfSplineYarns,
@@ -197,7 +197,9 @@ def _sections(fabric: Fabric) -> SweptMesh:
         return sampled_sections(fabric)
     check_shape(fabric)
     size = 2 * fabric.radius / ACROSS
-    return sweep(fabric.centrelines, Section.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size))
+    return sweep(
+        fabric.centrelines, SectionMesh.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size)
+    )
 
 
 def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats, list[YarnSpans]]:

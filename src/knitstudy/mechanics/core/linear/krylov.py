@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 ENTRIES = 400_000  # numbers of a matrix a range: enough that taking it in hand costs next to nothing
 
 
-class Rows:
+class RowRanges:
     """A matrix in ranges of rows, with blocks of one height; ``rows @ x`` is the matrix's own product."""
 
     def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
@@ -34,7 +34,7 @@ class Rows:
         self.shape = sum(part.shape[0] for part in parts), parts[0].shape[1]
 
     @classmethod
-    def of(cls, matrix: sp.bsr_matrix) -> Rows:
+    def of(cls, matrix: sp.bsr_matrix) -> RowRanges:
         """Return a matrix cut into ranges of some `ENTRIES` numbers, without a copy of them."""
         pieces = max(1, round(matrix.data.size / ENTRIES))
         cuts = np.searchsorted(matrix.indptr, np.linspace(0, matrix.indptr[-1], pieces + 1)[1:-1])
@@ -49,7 +49,7 @@ class Rows:
         self,
         basis: sp.bsr_matrix,  # blocks as high as the matrix's
         dtype: type,  # of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is
-    ) -> tuple[Rows, sp.csr_matrix]:
+    ) -> tuple[RowRanges, sp.csr_matrix]:
         """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m)."""
         ends = np.cumsum([0, *(len(part.indptr) - 1 for part in self._parts)])
 
@@ -62,7 +62,7 @@ class Rows:
         row, column, data = (
             np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
         )
-        return Rows(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
+        return RowRanges(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
 
 
 def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
@@ -94,7 +94,7 @@ INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mec
 
 
 def conjugate_gradients(
-    matrix: Rows,  # (size, size), symmetric positive definite
+    matrix: RowRanges,  # (size, size), symmetric positive definite
     apply: Apply,  # the preconditioner
     state: Iterate,
     goal: float,  # norm of the residual to reach
@@ -136,7 +136,7 @@ def conjugate_gradients(
 RESTART = 30  # iterations after which all search directions but one are dropped; bounds the memory
 
 
-def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+def minimal_residuals(matrix: RowRanges, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
     """Improve an iterate in place by flexible GMRES; parameters as of `conjugate_gradients`.
 
     One direction survives every restart (Hicken and Zingg 2010).
@@ -292,7 +292,7 @@ class Krylov:
     def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         goal = tolerance * state.level
-        rows = Rows.of(system.matrix)
+        rows = RowRanges.of(system.matrix)
         # iterations of a fresh preconditioner
         wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)

@@ -20,7 +20,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import share
 from knitstudy.mechanics.core.linear import System, factorise, factorise_band, solve_band
-from knitstudy.mechanics.core.linear.krylov import Rows
+from knitstudy.mechanics.core.linear.krylov import RowRanges
 from knitstudy.mechanics.core.model import rigid_motions
 from knitstudy.mechanics.core.pattern_sum import block_entries
 
@@ -190,7 +190,7 @@ class CrossingScale:
     def __init__(self, structure: KnitStructure) -> None:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
-        self._columns: Rows | None = None  # of the unknowns
+        self._columns: RowRanges | None = None  # of the unknowns
 
     def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
@@ -208,7 +208,7 @@ class CrossingScale:
         if unsymmetric is not None and unsymmetric.nnz:
             columns = columns + unsymmetric.tocsr()[:, self.unknowns].tobsr(blocksize=(3, 3))
         own = _block_rows(columns, patch).tocsr()
-        self._columns = Rows.of(columns)
+        self._columns = RowRanges.of(columns)
         self._groups = _groups(own)
 
         def make(number: int) -> SuperLU:
@@ -272,7 +272,7 @@ class FabricScale:
 
     def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
-        self._grid: tuple[SuperLU, Rows, Rows, Rows] | None = None
+        self._grid: tuple[SuperLU, RowRanges, RowRanges, RowRanges] | None = None
         first = np.searchsorted(structure.yarn, structure.yarn)
         within = (structure.station - structure.station[first]) // STATIONS
         label = structure.yarn * (within.max() + 1) + within
@@ -284,10 +284,10 @@ class FabricScale:
         About undeformed arms, rigid motions would stretch parts that have turned.
         """
         prolongation = self.prolongation(moved)
-        effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
+        effect, coarse = RowRanges.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        spread = Rows.of(prolongation)
-        collect = Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
+        spread = RowRanges.of(prolongation)
+        collect = RowRanges.of(prolongation.T.tobsr(blocksize=(6, 3)))
         self._grid = factorise(_anchor(coarse)), spread, collect, effect
 
     def release(self) -> None:
