@@ -72,7 +72,7 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def require_layout(dataset: xr.Dataset, kind: str) -> None:
-    """Check that the variables of a dataset are laid out as those of its kind.
+    """Check that the variables of a dataset have the dimensions of its kind.
 
     Raises DataFileError naming the variable, its layout and the required one.
     """

@@ -226,7 +226,7 @@ def problem_of(
 
 
 def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
-    """Return the scene, or the member of a family, of a name, or say which names are like it."""
+    """Return the scene, or the member of a family, with a name; a ConfigurationError offers similar names."""
     return find("scene", scenes, name, str(Path(config) / FAMILIES))
 
 

@@ -307,7 +307,7 @@ def fabric_sheet(
 
 
 def _with_errors_of_model(curve: pd.DataFrame, unlike: bool) -> list[pd.DataFrame]:
-    """Return a curve with all forces as far off as those of beams may be; both directions `unlike` as well."""
+    """Return a curve with all forces at both ends of the error of beams; `unlike` also in opposite directions."""
     forces = curve.filter(regex="force|pressure|energy")
     wale = forces.columns.str.startswith("wale")
     signs = [(course, across) for course in (-1, 1) for across in ((-1, 1) if unlike else (course,))]
@@ -333,7 +333,7 @@ def cell_of(scene: Scene) -> CellOfBeams:
 
 
 def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
-    """Return the note that names the values of the yarns, those that other values replace left out."""
+    """Return the note that names the values of the yarns, without values that other values replace."""
     values = [f"contact.friction {cell.friction:.4g}"]
     for key, value in flat(cell.to_dict()).items():
         if key.endswith(VALUES) and value is not None and not cell.replaced_by(key):
@@ -343,7 +343,7 @@ def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
 
 
 def _of_rest(start: str, history: xr.Dataset) -> list[str]:
-    """Return notes that say which unstable shapes a start has left, or hides."""
+    """Return notes about the unstable shapes that the relaxation left, or that the cell hides."""
     known = history.attrs
     notes = []
     if known.get("saddles"):
@@ -363,7 +363,7 @@ def _inputs(cell: CellOfBeams) -> list[str]:
 
 
 def _of_inputs(maker: _Maker, answers: Sequence[Changed], force: float) -> str:
-    """Return the note that says what a strain changes with."""
+    """Return the note about the inputs that change a strain."""
     curve = curve_table(maker.coarse["course"])
 
     def strain(force: float) -> float:

@@ -192,7 +192,7 @@ def _is_row(fields: Fields) -> bool:
 
 
 def _are_names(fields: Fields) -> bool:
-    """Return whether fields can be names of columns: two or more, and none of them is a number or the lack of one."""
+    """Return whether fields can be names of columns: two or more, and all are words (no numbers, no empty fields)."""
     return sum(map(bool, fields)) > 1 and not any(
         NUMBER(text) or text.lower() in NO_NUMBER for text in fields
     )

@@ -104,7 +104,7 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
 
 
 def without_noise(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of numbers without digits that are rounding noise beside the largest number of the same unit.
+    """Return a table of numbers without digits below the rounding error of the largest number of the same unit.
 
     Examples
     --------

@@ -114,7 +114,7 @@ def _polyline(curve: Centreline) -> tuple[Floats, Floats]:
 
 
 def _places(in_plane: dict[tuple[Any, ...], Floats]) -> dict[int, Floats]:
-    """Ascending parameters at which a curve or a copy of it is crossed, by the number of the curve."""
+    """Ascending parameters at which each curve, or one of its periodic copies, is crossed, by curve number."""
     every: dict[int, list[Floats]] = {}
     for key, crossed in in_plane.items():
         for side in (0, 1):

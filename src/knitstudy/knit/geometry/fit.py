@@ -147,9 +147,9 @@ class Room:
         self._tangent, self._bend = (curves(points, row).operator(u, order) for order in (1, 2))
 
     def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
-        """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.
+        """Return the error for loops beyond this last one that fits: the limits it has reached, or the reason.
 
-        `nearest` says with which values a loop fits, of `share` of the radius.
+        `nearest` names values with which a loop of `share` of the radius fits.
         """
         quantities = {}
         if self.missing <= EXACT and not self.at_end:

@@ -293,7 +293,7 @@ def check_contact(cost: CostFunction, points: Floats) -> None:
 
 
 def interlocked(cost: CostFunction) -> bool:
-    """Return whether the yarns of a cost function's loops pass in front of each other as the stitches say."""
+    """Return whether the yarns of a cost function's loops pass in front of each other as their stitches require."""
     lower, upper = (
         cost.curves(cost.loop.control_points, cost.row + side).value(cost.place[:, side])[:, 2]
         for side in (0, 1)
@@ -302,7 +302,7 @@ def interlocked(cost: CostFunction) -> bool:
 
 
 def check_interlock(cost: CostFunction, points: Floats) -> None:
-    """Refuse yarns that do not pass each other as their stitches say, or cut each other; raises GeometryError."""
+    """Refuse yarns that cut each other, or do not pass each other as their stitches require; raises GeometryError."""
     near = cost.approach(points)
     in_front = near.point[:, 1, 2] > near.point[:, 0, 2]
     if (in_front != cost.loop.upper_in_front.ravel()).any() or (near.distance < SMALLEST_DISTANCE).any():

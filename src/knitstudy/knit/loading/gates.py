@@ -59,7 +59,7 @@ def require_sound(
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
 ) -> None:
-    """Refuse an increment that has converged to something else than a scene asks for, by sections of the scene.
+    """Refuse a converged increment that exceeds the limits of the scene's gates.
 
     Until solids are loaded only the energy balance and the work of viscous flows are judged.
     Raises ConvergenceError as the functions below.
@@ -295,7 +295,7 @@ def unaccounted(energy: Floats) -> float:
 
 
 def changes(energy: Floats) -> str:
-    """Return in words the work, and the form of energy that changes most beside it, of changes (6,) by `FORMS` [J].
+    """Return as text the work, and the forms of energy that change most, from changes (6,) by `FORMS` [J].
 
     Examples
     --------

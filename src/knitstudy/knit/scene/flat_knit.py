@@ -41,7 +41,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Fault:
-    """What rows of letters cannot say."""
+    """A feature of a knit that stitch letters cannot express."""
 
     line: int
     reason: str
@@ -166,7 +166,7 @@ def _yarns(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault 
 def _wrong_step(
     loop: MachineLoop, after: MachineLoop, column: Mapping[Needle, int], body: Body, live: _LiveColumns
 ) -> str:
-    """Return what knits have a step of the yarn that is none of flat fabric; empty if it is one."""
+    """Return the kind of knit whose yarn makes this step, if it is not a flat fabric; an empty text if it is one."""
     if loop.needle not in column or after.needle not in column:
         return ""  # from or to rows that are left out
     here, there = column[loop.needle], column[after.needle]

@@ -131,7 +131,7 @@ if TYPE_CHECKING:  # editors and type checkers see the fields of the class
 else:
 
     class _CalledByUsers(type(BaseModel)):
-        """Type of sections and of scenes: calling one makes it of what a user says."""
+        """Metaclass of sections and scenes: a call builds one from a user's keyword arguments."""
 
         def __call__(cls, **values):
             return cls.of_user(**values)
@@ -190,7 +190,7 @@ def describe(section: type[Section], name: str) -> Description:
 
 @cache
 def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts below the keys that a section has itself; none of a section that no file describes."""
+    """Return the texts below the keys that a section itself declares; none if its source code is not available."""
     try:
         source = inspect.getsource(section)
     except OSError:

@@ -335,7 +335,7 @@ class Letters:
         return wrong
 
     def _check_parents(self, stitches: tuple[str, ...], body: Body, loops: Sequence[MachineLoop]) -> None:
-        """Refuse the first loop that is drawn through other loops than the letters say."""
+        """Refuse the first loop that is drawn through other loops than its letters mean."""
         parents, (wide, high) = parents_of_letters(stitches), size_of_repeat(stitches)
         for loop in loops:
             row, column = self.place(loop)
@@ -416,7 +416,7 @@ def _short(stitches: Sequence[str]) -> str:
 
 
 def fault_of(loop: MachineLoop, last: int) -> str:
-    """Return what no letter says of a loop of a file whose last loop is in line `last`; empty if letters say it."""
+    """Return what letters cannot express of a loop, in a file whose last loop is in line `last`; else empty."""
     if len(loop.carriers) > 1:
         return (
             f"plating: a loop of the carriers {some_of(loop.carriers, ' and ')}; the yarn of a scene is one"

@@ -72,7 +72,7 @@ class MachineLoop:
         return next((needle for begun, needle in reversed(self.stays) if begun <= row), None)
 
     def spans(self, rows: int) -> list[tuple[int, int, Needle]]:
-        """Return from which row to before which it lies on its needles, of a knit of so many rows."""
+        """Return for each of its needles the first row on it and the row after the last, in a knit of `rows`."""
         ends = [begun for begun, _ in self.stays[1:]] + [rows if self.gone is None else self.gone]
         return [
             (begun, end, needle) for (begun, needle), end in zip(self.stays, ends, strict=True) if begun < end

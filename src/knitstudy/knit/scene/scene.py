@@ -287,7 +287,7 @@ class Scene(Part):
 
     @property
     def tex(self) -> Floats | float:
-        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does; see `radius`."""
+        """Linear density [g/km] of the yarn, from yarn.of or yarn.tex; nan if neither gives it; see `radius`."""
         return self.tex_of("yarn")
 
     def tex_of(self, section: str) -> float:
@@ -453,7 +453,7 @@ def digest(document: Any) -> str:
 
 
 def rounded(document: Any, digits: int) -> Any:
-    """Return plain data with so many digits of every number."""
+    """Return plain data with all numbers rounded to a number of significant digits."""
     text = json.dumps(document)
     return json.loads(text, parse_float=lambda number: float(f"{float(number):.{digits}g}") + 0.0)
 

@@ -78,7 +78,7 @@ class BentPatch:
         return cls(owner, np.stack([a, b], axis=1), own + b * len(period), s, place)
 
     def find(self, owner: Ints, image: Ints) -> Ints:
-        """Return the places (k,) of copies of stations (k,), so many periods (k, 2) away."""
+        """Return the places (k,) of the copies of stations (k,) that lie a number of periods (k, 2) away."""
         return self.place[image[:, 0] + len(self.place) // 2, image[:, 1], owner]
 
 
@@ -86,7 +86,7 @@ class PatchSearch(PairSearch):
     """Search for pairs of a cell with itself and with copies above it: every pair of the sheet once."""
 
     def __init__(self, of: PairSearch, image: Ints) -> None:
-        """Search among the points of a contact whose copies are so many periods (p, 2) away."""
+        """Search among the points of a contact and their copies, which lie a number of periods (p, 2) away."""
         super().__init__(of.yarn, of.arc_length, of.beside, None, None)
         self.own = np.flatnonzero(~image.any(axis=1))
         self.others = np.flatnonzero((image[:, 1] > 0) | (image[:, 0] > 0))

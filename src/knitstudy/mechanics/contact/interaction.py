@@ -321,7 +321,7 @@ class Contact:
 
 
 def _rows(number: Ints, count: int) -> np.ndarray:
-    """Return which row (count,) of a table belongs to pairs, whose numbers (k,) its rows have; -1: none."""
+    """Return the row of a table for each of `count` pairs, -1 for none; `number` (k,) is the pair of each row."""
     row = np.full(count, -1, dtype=np.int32)
     row[number] = np.arange(len(number))
     return row

@@ -1,4 +1,4 @@
-"""Measured and predicted fabrics: strips between clamps, as membranes with the law that cells of the fabric say.
+"""Measured and predicted fabrics: strips between clamps, as membranes with the law of the fabric's cells.
 
 A strip that is pulled along one axis is in states between the states of two cells: its clamps hold the width, and its
 middle is free. At a strain e along, W is taken as quadratic in the strain l across,

@@ -97,9 +97,9 @@ class ModelSetting:
 
 @dataclass(frozen=True)
 class Promises:
-    """What rows of errors and prices promise of a problem, and the basis of the promises in words.
+    """Promised errors and prices of a problem from measured rows, and the basis of the promises as text.
 
-    The rows are those of the sample, or those of this very knit.
+    The rows were measured on the sample, or on this very knit.
     """
 
     problem: PhysicalProblem

@@ -123,7 +123,7 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
 
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
     a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen here;
-    and of another value who set it, or what the file of the yarn says of it.
+    for other values it tells who set them, or the source in the file of the yarn.
 
     \b
     knitstudy check                              the default configuration

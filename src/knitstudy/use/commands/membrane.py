@@ -106,8 +106,8 @@ def strip(
 ) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
-    The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
-    which is free across, and the forces of the law beside those of the cells that it was fitted to. `knitstudy compare`
+    For some forces per width the command prints strains between the clamps and strains of the endless fabric, whose
+    width is free. It also prints forces of the law and of the cells to which the law was fitted. `knitstudy compare`
     takes the curve (.csv) as a measured one, and draws it.
 
     \b

@@ -32,7 +32,7 @@ class TouchingBeamGates(BeamGates):
 
 
 class FrictionAlone(Section, group="contact"):
-    """Contact of cells, which has no keys but those of the interaction."""
+    """Contact of cells: the keys of the interaction alone."""
 
 
 class BeamKeys(Section, group="beam"):
@@ -111,7 +111,7 @@ class CellOfBeams(_Beams, Cell):
 
     @property
     def yarns(self) -> tuple[SetYarn, ...]:
-        """Its yarns: that of rows a, and that of rows b where there is one."""
+        """The yarn of rows a, and the yarn of rows b if there is one."""
         values = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
         own = {key: value for key, value in values.items() if value is not None and key != "rows"}
         return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)

@@ -135,7 +135,7 @@ def build(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None) -> 
 def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None) -> Discretisation:
     """Return the yarns of a scene as polynomials times splines.
 
-    The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
+    Stiffnesses of contact and tolerances refer to the length of an element: the length of a hexahedron in the sections
     at which the yarns are observed. Arguments and errors as of `build`.
     """
     if scene.value("pair.support") == "back":
@@ -221,7 +221,7 @@ def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats,
 def _space(spans: list[YarnSpans], degree: int, loops: int | None = None) -> Space:
     """Return the space of yarns on their spans, of splines of a degree; yarns with the same spans share theirs.
 
-    Yarns of so many `loops` that repeat themselves are continued by one of them at both ends.
+    Periodic yarns of a number of `loops` are continued by one loop at both ends.
     """
     kinds = {
         kind: yarn_space(

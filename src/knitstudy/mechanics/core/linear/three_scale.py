@@ -127,7 +127,7 @@ class YarnScale:
         return band.reshape((width, (last - first) * 3), order="F"), lumps
 
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
-        """Return the bandwidth of nodes first .. last: that of their coupling, or that of the elements."""
+        """Return the bandwidth of nodes first .. last: of their coupling, or of the elements."""
         reach = self._bandwidth
         for _, _, row, column, _ in _chunks(matrix, first, last):
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
