@@ -45,17 +45,17 @@ class Effect:
 
 
 def compared_with_library(scene: Scene) -> str:
-    """Return the bending stiffness of the solid yarn of a scene, and that of the kept yarn of the nearest diameter."""
+    """Return the bending stiffness of a scene's solid yarn, and of the library's yarn of the nearest diameter."""
     yarn = scene.yarn
     solid = yarn.youngs_modulus * pi * yarn.diameter**4 / 64
 
     def apart(values: Mapping[str, Value]) -> float:
         return abs(log(float(values["diameter"].value or nan) / yarn.diameter))
 
-    kept = {name: read_yarn(name).values for name in known_yarns()}
-    name = min(kept, key=lambda name: apart(kept[name]))
-    diameter = kept[name]["diameter"].ends[0]
-    bending = 1e6 * kept[name]["bending"].ends
+    library = {name: read_yarn(name).values for name in known_yarns()}
+    name = min(library, key=lambda name: apart(library[name]))
+    diameter = library[name]["diameter"].ends[0]
+    bending = 1e6 * library[name]["bending"].ends
     within = f" ({bending[2]:.2g} to {bending[1]:.2g})" if bending[2] < bending[1] else ""
     return (
         f"the yarn is taken as a solid: it bends with {1e6 * solid:.2g} N mm2; {name}, {1e3 * diameter:.2g} mm thick, "

@@ -23,7 +23,7 @@ from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.contact.indentation import CrossedCylinders
+from knitstudy.mechanics.contact.indentation import CylinderContact
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
 from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
@@ -108,7 +108,7 @@ def indented(fabric: Fabric, force: Floats, modulus: float) -> dict[str, Floats]
     load = np.linalg.norm(force, axis=-1)
     cosine = np.abs(np.einsum("ki,ki->k", *CrossingAxes.of(fabric).tangent.swapaxes(0, 1)))
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))
-    kinds = [CrossedCylinders.at(max(float(value), SMALLEST)) for value in angle]
+    kinds = [CylinderContact.at(max(float(value), SMALLEST)) for value in angle]
     semiaxis, ratio = (np.array([getattr(kind, name) for kind in kinds]) for name in ("semiaxis", "ratio"))
     longer = semiaxis * radius * (load / (modulus * radius**2)) ** (1 / 3)
     area = np.pi * ratio * longer**2

@@ -359,7 +359,7 @@ class YarnFile(Section):
 
 
 def known_yarns() -> dict[str, Path]:
-    """Return the files of the yarns that are kept, by name."""
+    """Return the files of the yarn library, by name."""
     return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
 
 

@@ -17,7 +17,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.core.increment import Hold, Increment, PrescribedDisplacement, Rate, Settings
 from knitstudy.mechanics.core.linear import LinearSolver
 from knitstudy.mechanics.core.model import Model, summed
-from knitstudy.mechanics.core.newton import AMPLE, Iterate, NewtonSolver, NotConverged
+from knitstudy.mechanics.core.newton import AMPLE, NewtonIterate, NewtonSolver, NotConverged
 
 log = logging.getLogger(__name__)
 
@@ -209,7 +209,7 @@ class GuidedNewton(NewtonSolver):
             return [change]
         return [change + span * (last.step - past / last.increment), change]
 
-    def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:
+    def _closed(self, at: NewtonIterate, now: Increment, target: float) -> NewtonIterate:
         """Return the state near a first guess that is balanced with springs around it.
 
         Slack loops have motions of nearly no stiffness: corrections would be of metres.

@@ -92,7 +92,7 @@ def list_scenes(
 
 
 def _print_yarns() -> None:
-    """Print the yarns that are kept, with their main values."""
+    """Print the yarns of the library with their main values."""
     shown = {"diameter [mm]": 1e3, "stretching [N]": 1, "bending [N mm2]": 1e6, "friction": 1}
     rows = []
     for name, yarn in ((name, read_yarn(name)) for name in known_yarns()):
@@ -185,7 +185,7 @@ def _checked_loop(scene: Scene) -> str:
 
 
 def _known_rest(scene: Scene, what: str, config: Path) -> str:
-    """Say how stable the shape at rest of a scene is where it is kept; an empty text where the load begins as drawn."""
+    """Return as text how stable the stored shape at rest of a scene is; empty if the load begins as drawn."""
     from knitstudy.measures.summary import stability_of_rest
 
     if not STAGES["rest"].of(scene):

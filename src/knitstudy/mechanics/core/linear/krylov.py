@@ -79,7 +79,7 @@ Apply = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass
-class Iterate:
+class KrylovIterate:
     """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
 
     x: Floats
@@ -96,7 +96,7 @@ INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mec
 def conjugate_gradients(
     matrix: RowRanges,  # (size, size), symmetric positive definite
     apply: Apply,  # the preconditioner
-    state: Iterate,
+    state: KrylovIterate,
     goal: float,  # norm of the residual to reach
     most: int,  # iterations to try
 ) -> str | None:
@@ -107,7 +107,7 @@ def conjugate_gradients(
 
     Examples
     --------
-    >>> matrix, now = np.array([[4.0, 1.0], [1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 4.0]), 1.0)
+    >>> matrix, now = np.array([[4.0, 1.0], [1.0, 3.0]]), KrylovIterate(np.zeros(2), np.array([5.0, 4.0]), 1.0)
     >>> conjugate_gradients(matrix, np.copy, now, goal=1e-9, most=5)
     >>> now.x.round(9).tolist(), now.iterations
     ([1.0, 1.0], 2)
@@ -136,14 +136,16 @@ def conjugate_gradients(
 RESTART = 30  # iterations after which all search directions but one are dropped; bounds the memory
 
 
-def minimal_residuals(matrix: RowRanges, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+def minimal_residuals(
+    matrix: RowRanges, apply: Apply, state: KrylovIterate, goal: float, most: int
+) -> str | None:
     """Improve an iterate in place by flexible GMRES; parameters as of `conjugate_gradients`.
 
     One direction survives every restart (Hicken and Zingg 2010).
 
     Examples
     --------
-    >>> matrix, now = np.array([[4.0, 1.0], [-1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 2.0]), 1.0)
+    >>> matrix, now = np.array([[4.0, 1.0], [-1.0, 3.0]]), KrylovIterate(np.zeros(2), np.array([5.0, 2.0]), 1.0)
     >>> minimal_residuals(matrix, np.copy, now, goal=1e-9, most=5)
     >>> now.x.round(9).tolist()
     [1.0, 1.0]
@@ -264,7 +266,7 @@ class Krylov:
 
     def _solve(self, rhs: Floats, tolerance: float) -> Solution:
         self.setup_seconds, self._negative = 0.0, None
-        state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
+        state = KrylovIterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         assert self._system is not None, "no matrix to solve with: it was released"
         if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
             self._renew(self._system)
@@ -289,7 +291,7 @@ class Krylov:
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
+    def _iterate(self, system: System, state: KrylovIterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         goal = tolerance * state.level
         rows = RowRanges.of(system.matrix)
