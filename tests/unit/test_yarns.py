@@ -477,7 +477,7 @@ def test_a_direction_of_rib_is_claimed_where_four_fifths_of_the_measured_strains
 STRIPES = {"fidelity": "beam", "pattern.rows": 2, "load.lateral": "free"}
 NO_STRIPES = [
     ({"yarn_b.rows": ["a", "c"]}, "must be a list of a and b, the bottom row first"),
-    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: say yarn_b\.of"),
+    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: set yarn_b\.of"),
     ({"yarn_b.youngs_modulus": 1e9, "pattern.rows": 3}, r"pattern\.rows is 3 but must be a multiple of 2"),
     (
         {"yarn_b.diameter": 1e-3, "yarn_b.rows": ["a", "inlay", "inlay"]},
@@ -540,5 +540,5 @@ def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
     assert doubled.yarns[1].pressing == 2 * wool["pressing"], "forces are proportional to all stiffnesses"
     with refusal("cells of beams that slide have two yarns"):
         scene.vary({"fidelity": "spline_yarns"})
-    with refusal(r"tex is 30, of one yarn; say yarn\.tex and yarn_b\.tex"):
+    with refusal(r"tex is 30, of one yarn; set yarn\.tex and yarn_b\.tex"):
         fabric_sheet(scene, tex=30.0)
