@@ -25,18 +25,21 @@ unexport PYTHONPATH PYTHONHOME PYTHONDONTWRITEBYTECODE
 .PHONY: help
 help:  ## show this list
 	@echo "usage: make <target>"
-	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 22
+	@sed -n 's/^\([a-z-]*\):.*## \(.*\)/  \1\t\2/p' $(MAKEFILE_LIST) | expand -t 26
 
 .PHONY: study
 study: environment  ## run the reduced study on all cores (STUDY=ci, full or reference for another)
 	@$(BIN)/python -m knitstudy study $(STUDY) -- $(OPTIONS)
 
-.PHONY: kept
-kept: environment  ## make every table in resources that is not of today's physics (a night; goes on where it was)
+.PHONY: committed-tables
+committed-tables: environment  ## make every out-of-date table in resources again (a night; resumes)
 	@$(BIN)/python benchmarks/keep.py all
 
+.PHONY: kept
+kept: committed-tables
+
 .PHONY: reference
-reference: environment  ## make what models are measured against (hours); resources/reference/reference.csv
+reference: environment  ## make the values that models are compared with (hours); resources/reference/reference.csv
 	@$(BIN)/python -m knitstudy study reference -- $(OPTIONS) results/tables/reference.csv results/tables/reference_convergence.csv
 	@$(BIN)/python benchmarks/keep.py reference
 
@@ -70,15 +73,15 @@ swatches: environment  ## predict the sizes of 28 swatches from one yarn; resour
 test: environment  ## pass all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
 
-.PHONY: test-without-wings
-test-without-wings: environment  ## pass the unit tests that are left without the rooms `use` and `paper`, in run/bare
+.PHONY: test-without-optional
+test-without-optional: environment  ## pass the unit tests that are left without the packages `use` and `paper`, in run/bare
 	@rm -rf run/bare && mkdir -p run/bare
 	@git ls-files -z | tar --create --null --files-from - | tar --extract --directory run/bare
 	@rm -r run/bare/src/knitstudy/use run/bare/src/knitstudy/paper
 	@cd run/bare && PYTHONPATH=src OMP_NUM_THREADS=1 ../../$(BIN)/python -m pytest --quiet tests/unit
 
 .PHONY: knots
-knots: environment  ## solve the book of knots, rods in contact with known answers; resources/benchmarks.csv
+knots: environment  ## solve the rod benchmarks, rods in contact with known answers; resources/benchmarks.csv
 	@$(BIN)/python examples/knots
 
 .PHONY: verify

@@ -28,7 +28,7 @@ include: "workflow/rules/stages.smk"
 # Figures, tables and the report belong to a wing of the package, which may have been removed.
 FIGURES = TABLES = lambda wildcards: []
 REPORT = []
-if any(wing.report for wing in wings()):
+if any(package.report for package in optional_packages()):
 
     include: "workflow/rules/displays.smk"
     include: "workflow/rules/figures.smk"

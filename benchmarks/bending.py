@@ -61,7 +61,7 @@ class Turning:
         return self.model.begin(state[0], load, change), state[1]
 
     def settle(self, state: Any) -> Any:
-        """Return None, or the state to balance anew."""
+        """Return None, or the state to balance again."""
         settled = self.model.settle(state[0])
         return None if settled is None else (settled, state[1])
 

@@ -21,8 +21,8 @@ from trade import SAMPLE, SCRATCH
 from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.run.advice import TRADE_KEPT
-from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import Case, Inputs, Trade, load_trade
+from knitstudy.run.advice.problem import PhysicalProblem
+from knitstudy.run.advice.sample import Inputs, SampleCase, Trade, load_trade
 from knitstudy.run.trade import run
 
 BRANCHES = SAMPLE / "branches.csv"
@@ -32,14 +32,14 @@ UNCERTAINTY = "uncertainty of the reference value [1]"
 CHANGE = "change [1]"
 
 
-def begun_finely(trade: Trade, case: Case, setting: str) -> Trade:
+def begun_finely(trade: Trade, case: SampleCase, setting: str) -> Trade:
     """Return the declaration of the sample in which a case begins with small increments in one model setting."""
     settings = trade.settings[case.yarns]
     finely = settings | {setting: settings[setting] | {"load.stops": STOPS}}
     return trade.model_copy(update={"settings": trade.settings | {case.yarns: finely}})
 
 
-def rows_of(kept: pd.DataFrame, case: Case, setting: str) -> list[dict[str, object]]:
+def rows_of(kept: pd.DataFrame, case: SampleCase, setting: str) -> list[dict[str, object]]:
     """Return a row a quantity of one knit, with both values; `kept` are its rows in resources/trade.csv."""
     trade = load_trade()
     values = []
@@ -48,7 +48,7 @@ def rows_of(kept: pd.DataFrame, case: Case, setting: str) -> list[dict[str, obje
     scene = trade.scene(case, Inputs.of_row(kept.iloc[0]), f"{kept.iloc[0]['knit']}-{case}")
     for each in (trade, begun_finely(trade, case, setting)):
         shutil.rmtree(SCRATCH, ignore_errors=True)  # a restart file of the other increments
-        record = run(Problem(scene, each), setting, SCRATCH)
+        record = run(PhysicalProblem(scene, each), setting, SCRATCH)
         values.append(record["values"])
         seconds.append(record["seconds"])
         reason = reason or record["reason"]

@@ -224,7 +224,7 @@ def main(arguments=None):
 def read_problem(folder):
     """The calibration that calibration.yaml and defaults.yaml of a folder describe: Problem, radius of the yarn [m].
 
-    Raises ConfigurationError when a file or a key is missing, or a value is no number.
+    Raises ConfigurationError when a file or a key is missing, or a value is not a number.
     """
     path = folder / "calibration.yaml"
     document = read_yaml(path)

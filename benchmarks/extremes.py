@@ -3,8 +3,8 @@
 ``config/extremes.yaml`` lists the trials, one changed key at a time and many at random. A trial need not be a valid
 scene: `Trial.scene` refuses it. ``python benchmarks/extremes.py`` (`make extremes`) runs every trial in a process that
 has a limit of processor time, keeps the table in resources/extremes.csv and draws docs/notes/extremes.webp. A run that
-was stopped goes on: rows of today's code are read from results/extremes. A refused scene is a result like any other.
-A trial that ends neither with a sound history nor with a named error is a silent failure.
+was stopped goes on: rows of the present code are read from results/extremes. A refused scene is a result as well. A
+trial that ends neither with a sound history nor with a named error is a silent failure.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.measures.response import ledger_gaps, penetration
+from knitstudy.measures.response import energy_gaps, penetration
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
@@ -316,7 +316,7 @@ def measured(history: xr.Dataset, scene: Scene) -> dict[str, Any]:
         "balance [1]": float(history["residual"].max()),
     }
     if not is_unloaded(history, scene):
-        gaps = ledger_gaps(history)
+        gaps = energy_gaps(history)
         row["ledger [1]"] = gaps.max()
         row["ledger at full load [1]"] = gaps[-1]
         if scene.value("gates.hourglass") is not None:

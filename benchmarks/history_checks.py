@@ -1,4 +1,4 @@
-"""Checks of a history that has ended: energy ledger, artificial energies, penetration, balance of forces.
+"""Checks of a history that has ended: energy balance, artificial energies, penetration, balance of forces.
 
 They are computed from the history alone, not by the gates that watch a running simulation.
 """
@@ -10,7 +10,7 @@ import xarray as xr
 
 from knitstudy.knit.loading.gates import FIRST, UNLOADED
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.measures.response import allowed_penetration, ledger_gaps, penetration
+from knitstudy.measures.response import allowed_penetration, energy_gaps, penetration
 
 # Variables that every history has and that must be finite.
 FINITE = ("load", "strain", "force", "reaction", "energy", "centreline_displacement", "residual")
@@ -40,7 +40,7 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
     """Return the errors of a history that ended, a phrase for each, by the limits of the scene's gates."""
     values = {name: history[name].to_numpy() for name in FINITE}
     phrases = [
-        f"{name} holds a value that is no number"
+        f"{name} holds a value that is not a number"
         for name, value in values.items()
         if not np.isfinite(value).all()
     ]
@@ -51,8 +51,8 @@ def faults(history: xr.Dataset, scene: Scene) -> list[str]:
     if (left := float(history["residual"].max())) > scene.solver.residual_tolerance:
         phrases.append(f"residual {left:.2e}")
     if not is_unloaded(history, scene):
-        if (gap := ledger_gaps(history)[-1]) > scene.gates.ledger:
-            phrases.append(f"ledger open by {gap:.1%}")
+        if (gap := energy_gaps(history)[-1]) > scene.gates.ledger:
+            phrases.append(f"energy balance misses {gap:.1%}")
         limit = scene.value("gates.hourglass")
         if limit is not None and (share := hourglass_share_when_loaded(history)) > limit:
             phrases.append(f"hourglass energy {share:.1%}")

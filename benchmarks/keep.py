@@ -1,8 +1,8 @@
-"""Tables that take minutes to hours to make are kept in ``resources``, with what made them; pages show them.
+"""Tables that take minutes to hours to make are committed in ``resources`` with their origin; pages show them.
 
 ``python benchmarks/keep.py NAME`` keeps the table of a study (`KEEPERS`) of results that are there; `make NAME` makes
-the results first. ``python benchmarks/keep.py all`` (`make kept`) makes all tables (`TARGETS`) that are not of today's
-physics, the cheapest first. ``tests/verification/test_kept.py`` makes the cheapest rows of each table again.
+the results first. ``python benchmarks/keep.py all`` (`make committed-tables`) makes all out-of-date tables (`TARGETS`)
+again, the cheapest first. ``tests/verification/test_kept.py`` makes the cheapest rows of each table again.
 """
 
 from __future__ import annotations
@@ -90,11 +90,11 @@ def full_study(catalogue: Catalogue, plan: Plan, names: Iterable[str], config: P
 def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     """Keep the verdicts, write the page about them with its pictures, and their number into README.md.
 
-    Of some claims alone: all other verdicts stay, and the tables and pictures of all claims, if they are of today's
-    physics.
+    Of some claims alone: all other verdicts stay, and so do the tables and pictures of all claims if they are up to
+    date.
     """
-    if claims and not is_of_today(VERDICTS_KEPT):
-        raise DataFileError(f"{VERDICTS_KEPT}: is of another physics; run `make {VERDICTS}`")
+    if claims and not is_up_to_date(VERDICTS_KEPT):
+        raise DataFileError(f"{VERDICTS_KEPT}: is out of date; run `make {VERDICTS}`")
     plan = Plan.of(config)
     study = load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
@@ -150,7 +150,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
 
 
 def _keep_in_readings(made: pd.DataFrame, claims: Collection[str]) -> None:
-    """Write the verdicts of claims by all readings that they were made for into the kept table."""
+    """Write the verdicts of claims by all readings that they were made for into the committed table."""
     kept = read_table(FULL / "readings.csv").set_index("name", drop=False)
     kept.update(made.set_index("name")[list(claims)])
     write_table(kept, FULL / "readings.csv")
@@ -262,8 +262,8 @@ def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path) -
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
     command = "make reference"
     hashes = {name: scene.hash for name, scene in scenes.items()}
-    anew = stamped(values.assign(keys=values["scene"].map(hashes)), command)
-    all_values = _with_others(anew, values_beside(kept), "scene")
+    new = stamped(values.assign(keys=values["scene"].map(hashes)), command)
+    all_values = _with_others(new, values_beside(kept), "scene")
     all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
     reference = limits(all_values, scenes)
     if not reference.empty:
@@ -325,22 +325,22 @@ TARGETS = {
     "trade": ("trade.csv", 140),
     "verdicts": ("verdicts.csv", 480),
 }
-"""Targets of make that keep tables, with the table and the minutes that it took on two cores, the cheapest first."""
+"""Targets of make by the committed table that they write, with its minutes on two cores, the cheapest first."""
 
 
-def is_of_today(table: Path) -> bool:
-    """Return whether all of a kept table was made by the physics of today."""
+def is_up_to_date(table: Path) -> bool:
+    """Return whether all rows of a committed table were made by the present code of the physics."""
     return table.is_file() and set(read_table(table, needs=STAMP)["physics"]) == {physics_digest()}
 
 
 def keep_all() -> str:
-    """Make every kept table that is not of today's physics; a run that was stopped goes on where it was."""
-    due = [name for name, (file, _) in TARGETS.items() if not is_of_today(RESOURCES / file)]
+    """Make every out-of-date table again; a run that was stopped resumes."""
+    due = [name for name, (file, _) in TARGETS.items() if not is_up_to_date(RESOURCES / file)]
     for number, name in enumerate(due):
         left = sum(TARGETS[other][1] for other in due[number:])
         print(f"[{number + 1}/{len(due)}] make {name} (about {left / 60:.1f} h left)", flush=True)
         subprocess.run(["make", name], check=True)
-    return f"{len(TARGETS)} kept tables are of the physics {physics_digest()}, {len(due)} of them made anew"
+    return f"{len(TARGETS)} committed tables are up to date (physics {physics_digest()}); {len(due)} were made again"
 
 
 if __name__ == "__main__":

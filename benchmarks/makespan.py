@@ -4,7 +4,7 @@
 
 What takes seconds runs on the cores of the head node, as ``profiles/slurm`` has it; a simulation goes into the queue
 when its geometry is there, and takes the first node that is free. Prices are those of a model setting in
-``resources/trade.csv``, drawn anew with replacement. Prints the table of docs/how-to/cluster.md.
+``resources/trade.csv``, drawn again with replacement. Prints the table of docs/how-to/cluster.md.
 """
 
 from __future__ import annotations

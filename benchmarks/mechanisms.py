@@ -34,7 +34,7 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import Yarn
 from knitstudy.knit.yarns.joints import (
-    Joints,
+    CrossingJoints,
     contacts_of_crossings,
     joint_points,
     patch_stiffness,
@@ -120,7 +120,7 @@ class Networks:
         points = joint_points(fabric, contacts)
         touching = interaction == "isotropic"
         tied = tied_crossings(fabric.crossings, touching, "outer", scene.load.direction)
-        joints = Joints.all_tied(len(tied))
+        joints = CrossingJoints.all_tied(len(tied))
         if touching:
             axes = spring_axes(contacts["normal"].to_numpy(), "local")
             matrices = np.einsum("a,kai,kaj->kij", self.springs, axes, axes)
@@ -148,7 +148,7 @@ class Networks:
         }
 
     def stretched(self, height: float, wider: float = 0.0) -> Fabric:
-        """Return the knit whose loops are optimised anew with halves `height` apart, and rows `wider` apart [m]."""
+        """Return the knit whose loops are optimised again with halves `height` apart, and rows `wider` apart [m]."""
         loop = self.base.loop
         assert isinstance(loop, Loop), "a plain knit has a loop"
         points = loop.control_points.copy()

@@ -23,7 +23,7 @@ from trade import SAMPLE
 from knitstudy.datasets import write_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, Promises, measured_rows
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import Inputs, load_trade
 
 KEPT = RESOURCES / "promises.csv"
@@ -48,7 +48,7 @@ def judged(rows: tuple[dict, ...], basis: int | None) -> pd.DataFrame:
         if (basis is None or row["knit"] not in first) and row["question"]:
             groups.setdefault((row["knit"], row["case"], row["question"]), []).append(row)
     for (knit, case, question), there in groups.items():
-        problem = Problem(trade.scene(cases[case], Inputs.of_row(there[0]), knit), trade)
+        problem = PhysicalProblem(trade.scene(cases[case], Inputs.of_row(there[0]), knit), trade)
         errors, seconds = (
             {row["model setting"]: row[column] for row in there} for column in (ERROR, SECONDS)
         )

@@ -9,7 +9,7 @@ from typing import Any
 
 from scipy.stats.qmc import Sobol
 
-from knitstudy.run.advice.sample import SMALL, TOUCHING, Case, Inputs, Trade
+from knitstudy.run.advice.sample import SMALL, TOUCHING, Inputs, SampleCase, Trade
 
 SLIPS = 0.5  # Share of the knits whose yarns slip at small strains, too
 
@@ -33,7 +33,7 @@ def _between(ends: list[Any], share: float) -> Any:
     return float(f"{low + share * (high - low):.4g}")
 
 
-def drawn(trade: Trade, case: Case, point: Inputs, slips: bool) -> Inputs:
+def drawn(trade: Trade, case: SampleCase, point: Inputs, slips: bool) -> Inputs:
     """Return the inputs of a case at a point of the box; a large strain lies in its range as the small one does.
 
     Yarns that touch slip at large strains, and at small ones where the point says so.

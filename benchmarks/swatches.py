@@ -155,7 +155,7 @@ def drawn_on_needles(stitches: Sequence[str], rule: Rule, radius: float, more: f
 def rest_of(stitches: Sequence[str], rule: Rule, more: float) -> dict[str, float]:
     """Return width and height of a stitch at rest [m], mean of the repeat, which is one cell, and the cell's depth.
 
-    Raises ConvergenceError where there is no way to rest.
+    Raises ConvergenceError where the relaxation does not converge.
     """
     worsted = load_scene(SCENE)
     share = TEX / WORSTED

@@ -33,8 +33,8 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
-from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import TIED, Case, Inputs, Trade, load_trade
+from knitstudy.run.advice.problem import PhysicalProblem
+from knitstudy.run.advice.sample import TIED, Inputs, SampleCase, Trade, load_trade
 from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
@@ -68,13 +68,13 @@ def sampled(trade: Trade, first: int, outcomes: Mapping[Inputs, str]) -> pd.Data
 
 def _outcome(trade: Trade, inputs: Inputs) -> str:
     try:
-        lay_out(trade.scene(Case("cut_knit", TIED), inputs))
+        lay_out(trade.scene(SampleCase("cut_knit", TIED), inputs))
     except GeometryError as error:
         return message_of(error)
     return FOUND
 
 
-def code_of(problem: Problem, setting: str) -> str:
+def code_of(problem: PhysicalProblem, setting: str) -> str:
     """Return the digest of the code, and of all keys, behind a run."""
     return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
 
@@ -109,7 +109,7 @@ def measure_sample(
         for case in (each for each in cases if trade.settings_of(each, number)):
             inputs = drawn(trade, case, point, bool(points.iloc[-1]["slips"]))
             name = f"{knit}-{case}"
-            problem = problems[knit, case] = Problem(trade.scene(case, inputs, name), trade)
+            problem = problems[knit, case] = PhysicalProblem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
             for setting, keys in trade.settings_of(case, number).items():
                 if setting not in problem.settings:
@@ -129,7 +129,7 @@ def measure_sample(
             found = collect(trade, problems, records)
             write_table(found, folder / "trade.csv")
     if other:
-        print(f"{other} records were made by other code: --anew makes them again")
+        print(f"{other} records were made by other code: --force makes them again")
     return found
 
 
@@ -220,9 +220,9 @@ if __name__ == "__main__":
     parser.add_argument(
         "--cases", type=lambda text: text.split(","), default=[], help="cases to measure, all"
     )
-    parser.add_argument("--anew", action="store_true", help="measure knits even if their records are there")
+    parser.add_argument("--force", action="store_true", help="measure knits even if their records are there")
     asked = parser.parse_args()
     try:
-        print(keep(measure_sample(asked.first, anew=asked.anew, only=asked.cases)))
+        print(keep(measure_sample(asked.first, anew=asked.force, only=asked.cases)))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

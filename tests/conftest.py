@@ -33,19 +33,19 @@ def pytest_addoption(parser):
 def pytest_configure(config):
     config.addinivalue_line("markers", "full: takes long; runs with --full (`make verify`)")
 
-    config.addinivalue_line("markers", "wings: needs the rooms `use` and `paper`")
+    config.addinivalue_line("markers", "optional_packages: needs the packages `use` and `paper`")
 
 
 REMOVED = [name for name in ("use", "paper") if importlib.util.find_spec(f"knitstudy.{name}") is None]
 
 
 def pytest_ignore_collect(collection_path):
-    """Leave out files that import a wing that was removed, themselves or through a helper or a benchmark."""
+    """Leave out files that import a removed package, themselves or through a helper or a benchmark."""
     return True if REMOVED and collection_path.suffix == ".py" and imports_removed(collection_path) else None
 
 
 def imports_removed(path):
-    """Return whether a file imports a room that was removed, or a module of the folders without packages that does."""
+    """Return whether a file imports a removed package, or a module of the folders without packages that does."""
     text = path.read_text(encoding="utf-8")
     if re.search(rf"^from knitstudy\.({'|'.join(REMOVED)})\b", text, re.MULTILINE):
         return True
@@ -58,8 +58,8 @@ def imports_removed(path):
 def pytest_runtest_setup(item):
     if item.get_closest_marker("full") and not item.config.getoption("--full"):
         pytest.skip("takes --full")
-    if item.get_closest_marker("wings") and REMOVED:
-        pytest.skip(f"needs the removed rooms {', '.join(REMOVED)}")
+    if item.get_closest_marker("optional_packages") and REMOVED:
+        pytest.skip(f"needs the removed packages {', '.join(REMOVED)}")
 
 
 def pytest_collection_modifyitems(items):

@@ -1,4 +1,4 @@
-"""Curves of the book of knots as points at the nodes of rods."""
+"""Curves of the rod benchmarks as points at the nodes of rods."""
 
 import numpy as np
 from braid import braid

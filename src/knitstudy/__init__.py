@@ -37,15 +37,15 @@ _PLACES = {
 
 _NAMES = {name: f"knitstudy.{module}:{name}" for module, names in _PLACES.items() for name in names}
 
-__all__ = [*_NAMES]  # wings add others, such as ``plot``
+__all__ = [*_NAMES]  # optional packages add others, such as ``plot``
 
 
 def __getattr__(name: str) -> Any:
     if name not in _NAMES and not name.startswith("_"):
-        from knitstudy.registry import wings
+        from knitstudy.registry import optional_packages
 
-        for wing in wings():
-            _NAMES.update(wing.names)
+        for package in optional_packages():
+            _NAMES.update(package.names)
     if name not in _NAMES:
         raise AttributeError(f"module 'knitstudy' has no attribute {name!r}")
     return resolve_name(_NAMES[name])

@@ -150,7 +150,7 @@ def _checksums(path: Path) -> tuple[str, str]:
         mark = file.read(len(MARK))
         recorded = file.read().decode("ascii", errors="replace")
     if mark != MARK:
-        why = "it was cut, changed or opened for writing, or is no file of this version of knitstudy"
+        why = "it was cut, changed or opened for writing, or is not a file of this version of knitstudy"
         raise DataFileError(f"{path}: does not end with a checksum: {why}; {REMEDY}")
     return recorded, file_digest(path, size)
 
@@ -337,7 +337,7 @@ def _no_numbers(dataset: xr.Dataset) -> str:
     """Return which variable of a history holds values that are no numbers; an empty text where none does."""
     for name in FINITE if _is_history(dataset) else ():
         if name in dataset and not np.isfinite(dataset[name]).all():
-            return f"{name} holds a value that is no number"
+            return f"{name} holds a value that is not a number"
     return ""
 
 

@@ -125,7 +125,7 @@ def open_regular(path: Path) -> TextIO:
     """Open a text file to read and write whose name is fixed, such as a lock or a log; it is made if there is none.
 
     A link is not followed, and a pipe is not waited for: somebody else's folder may hold either.
-    Raises DataFileError where the path is no regular file.
+    Raises DataFileError where the path is not a regular file.
     """
     flags = os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW | os.O_NONBLOCK
     try:
@@ -133,10 +133,10 @@ def open_regular(path: Path) -> TextIO:
     except OSError as error:
         if error.errno not in (errno.ELOOP, errno.EISDIR, errno.ENXIO):
             raise
-        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it") from error
+        raise DataFileError(f"{path}: is not a regular file, and is not written to; delete it") from error
     if not stat.S_ISREG(os.fstat(descriptor).st_mode):
         os.close(descriptor)
-        raise DataFileError(f"{path}: is no regular file, and is not written to; delete it")
+        raise DataFileError(f"{path}: is not a regular file, and is not written to; delete it")
     return os.fdopen(descriptor, "r+", encoding="utf-8", errors="replace")
 
 
@@ -190,7 +190,7 @@ def read_text(path: Path) -> str:
             return raw.decode(name)
         except UnicodeError:
             continue
-    raise DataFileError(f"{path}: is no text")
+    raise DataFileError(f"{path}: is not a text file")
 
 
 def write_text(text: str, path: Path | str) -> None:

@@ -3,8 +3,8 @@
 Files of the package are found in the folder of their kind. Those from outside are plugins: entry points of the group
 ``knitstudy.plugins`` or modules, which the configuration or the command names; importing one registers its entries.
 
-A wing is a folder of the package that nothing below imports, so that a checkout without the folder works: what the
-wing adds is known by the `Wing` in its ``__init__``.
+An optional package is a subpackage that no other one imports: knitstudy works without its folder. The
+`OptionalPackage` in its ``__init__`` lists what it adds.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Registry(Generic[Entry]):
     Parameters
     ----------
     what : str
-        Kind of the entries, or the key that names one; begins messages.
+        Kind of the entries, or the key that names one; prefix of error messages.
     package : str, optional
         Dotted name of the package whose modules, or of the module that, register entries; imported when one is asked
         for. By default, or if it is empty, entries come from plugins alone.
@@ -78,7 +78,7 @@ class Registry(Generic[Entry]):
         return tuple(self.all())
 
     def find(self, name: str, where: str = "") -> Entry:
-        """Return an entry; a name that does not exist raises a ConfigurationError, whose message `where` begins.
+        """Return an entry; a name that does not exist raises a ConfigurationError, with the prefix `where`.
 
         Where a module has the name of the entry, no other module is imported.
         """
@@ -91,10 +91,10 @@ class Registry(Generic[Entry]):
 
 
 @dataclass(frozen=True)
-class Wing:
-    """What a removable folder of the package adds, in dotted names, whose modules are imported when they are needed.
+class OptionalPackage:
+    """What an optional package adds, as dotted names; their modules are imported when they are needed.
 
-    The folder's ``__init__`` has it under the name ``WING``.
+    The package's ``__init__`` holds it under the name ``OPTIONAL_PACKAGE``.
     """
 
     # Subcommands by name: ``module:function``, and the line of the help
@@ -108,16 +108,16 @@ class Wing:
 
 
 @cache
-def wings() -> tuple[Wing, ...]:
-    """Return the wings that are there, in the order of the names of their folders."""
+def optional_packages() -> tuple[OptionalPackage, ...]:
+    """Return the optional packages that are installed, in alphabetical order."""
     package = __name__.partition(".")[0]
     folders = sorted(entry.name for entry in iter_modules(import_module(package).__path__) if entry.ispkg)
     modules = (import_module(f"{package}.{name}") for name in folders)
-    return tuple(module.WING for module in modules if hasattr(module, "WING"))
+    return tuple(module.OPTIONAL_PACKAGE for module in modules if hasattr(module, "OPTIONAL_PACKAGE"))
 
 
 def find(what: str, entries: Mapping[str, Entry], name: str, where: str = "") -> Entry:
-    """Return the entry of a name; `where` begins the message of the ConfigurationError if there is none."""
+    """Return the entry of a name; `where` is the prefix of the ConfigurationError if there is none."""
     if name not in entries:
         message = unknown_choice(f"unknown {what}", str(name), str(name), list(entries))
         raise ConfigurationError(f"{where}: {message}" if where else message)
@@ -130,7 +130,7 @@ def meanings(entries: Mapping[str, Entry]) -> str:
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
 
 
-def later(name: str) -> Callable[..., Any]:
+def lazy_import(name: str) -> Callable[..., Any]:
     """Return a function by ``module:function``; the module is imported at the first call.
 
     Stages and models name their functions: a job imports the mechanics that it needs alone.

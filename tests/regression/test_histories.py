@@ -1,6 +1,6 @@
 """Histories of small scenes, one of nearly every kind, against recorded ones; and which keys they read.
 
-Where a change of numbers is wanted, ``python tests/regression/test_histories.py`` records the histories of today, and
+Where a change of numbers is wanted, ``python tests/regression/test_histories.py`` records the present histories, and
 the change says by how much they moved.
 """
 

@@ -94,7 +94,7 @@ def histories(scenes, **changes):
 
 
 def history(**arguments):
-    """Return a history with its ledger of energies."""
+    """Return a history with its forms of energy."""
     made = synthetic.history(**arguments)
     share = np.linspace(0, 1, made.sizes["increment"])
     energy = share[:, None] * np.array(list(ENERGY.values()))

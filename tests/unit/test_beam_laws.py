@@ -4,7 +4,7 @@ import pytest
 
 from knitstudy import simulate
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.models.beam import BeamSection
+from knitstudy.knit.models.beam import BeamKeys
 from knitstudy.knit.models.beam.contact import contact_of
 from knitstudy.knit.scene.keys import allowed_values
 from knitstudy.mechanics.beams.laws import LAWS
@@ -29,7 +29,7 @@ class Foam(Law):
 
 def test_a_plugin_adds_a_law_in_one_file(plugin):
     plugin(LAWS, foam_of_a_test=PLUGIN)
-    assert "foam (a soft power)" in allowed_values(BeamSection, "section")
+    assert "foam (a soft power)" in allowed_values(BeamKeys, "section")
     changes = {"beam.section": "foam", "load.strain": 1e-3, "load.stops": [], "solver.increments": 1}
     scene = load_scene("beam-isotropic-course").vary(changes)
     assert contact_of(scene).law.coefficient == pytest.approx(0.1 * 1.3e9 * 0.9e-3**0.5)

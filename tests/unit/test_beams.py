@@ -13,7 +13,7 @@ from knitstudy.knit.models.beam import cell as endless_beams
 from knitstudy.knit.models.beam.build import beam_knit
 from knitstudy.knit.models.beam.contact import contact_of, joined
 from knitstudy.mechanics.beams import beam
-from knitstudy.mechanics.beams.beam import BeamSection, BeamState, Elements
+from knitstudy.mechanics.beams.beam import BeamElements, BeamSection, BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
 from knitstudy.mechanics.beams.contact_points import ContactPoints, spline_weights
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
@@ -61,7 +61,7 @@ def test_circular_section():
 def test_full_slenderness_compensation_gives_one_element_the_exact_s_bending_stiffness():
     """With the factor kGA / EA both ends clamped give 1 / (L^3 / 12 EI + L / kGA) (MacNeal 1978)."""
     EA, kGA, EI, L = 7e3, 2e3, 5.0, 0.8
-    element = Elements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
+    element = BeamElements.between(np.array([[L, 0, 0]]), BeamSection(EA, kGA, EI, 3.0, slenderness=kGA / EA))
     now = beam.deform(element, np.array([[L, 0.0, 0.0]]), np.eye(3)[None], np.eye(3)[None])
     K = beam.stiffness(element, now)[0]
     assert K[7, 7] == pytest.approx(1 / (L**3 / (12 * EI) + L / kGA), rel=1e-14)
@@ -192,7 +192,7 @@ def test_pinned_ties_join_points_and_not_sections(tied_scene, knit):
     np.testing.assert_allclose(points[:, 0], points[:, 1], atol=1e-12)
 
 
-def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
+def test_a_relaxation_that_does_not_converge_says_how_to_draw_the_loops(monkeypatch):
     """In the stage, which sees no key but those it reads."""
 
     def ends(model, prescribed, settings, solver, resume):
@@ -200,6 +200,6 @@ def test_a_way_to_rest_that_ends_says_how_to_draw_the_loops(monkeypatch):
         raise ConvergenceError(f"increment 1 makes no headway. {settings.remedy}")
 
     monkeypatch.setattr(endless_beams, "trace", ends)
-    message = r"way to rest of scene .* finds no balance: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"
+    message = r"relaxation of scene .* does not converge: increment 1 makes no headway\. Draw .* pattern\.wale_spacing"
     with refusal(message):
         simulate(load_scene("fabric-acrylic-stockinette-course-free"))

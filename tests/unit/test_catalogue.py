@@ -53,7 +53,7 @@ def displays(catalogue, scenes, reference=None):
     return Displays(catalogue, Plan({scene.name: scene for scene in scenes}), scenes, reference or {})
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
     plugin(FIGURES, TABLES, toydisplays=TOY)
     made = FIGURES.find("toy_curve").make, TABLES.find("toy_stiffness").make
@@ -79,9 +79,9 @@ def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
         alone.sources_of("toy_stiffness")
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_table_is_made_from_another_table(scenes):
-    """Its file is a source, and its digest counts: one simulation less makes both anew."""
+    """Its file is a source, and its digest counts: one simulation less makes both again."""
     every, fewer = (displays(TABLES, each, reference_files(CONFIG)) for each in (scenes, scenes[:-1]))
     assert set(every.files("verdicts", "out")) == {"claims", "readings", "findings"}
     assert every.files("verdicts", "out")["findings"] == "out/tables/findings.csv"
@@ -146,7 +146,7 @@ def test_an_interaction_brings_its_keys(plugin, config, docs_script):
     assert Scene.from_dict(sticky.to_dict()) == sticky
     with refusal(r"contact\.adhesion is -1 but must be a number from 0 to"):
         sticky.replace("contact.adhesion", -1)
-    with refusal(r"contact\.adhesion is no key of a scene whose"):
+    with refusal(r"contact\.adhesion is not a key of a scene whose"):
         scene.vary({"interaction": "rough", "contact.adhesion": 1e5})
     page = docs_script("keys").keys_page()
     (row,) = (line for line in page.splitlines() if line.startswith("| `contact.adhesion`"))

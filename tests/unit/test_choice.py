@@ -14,8 +14,8 @@ from knitstudy.datasets import write_table
 from knitstudy.errors import ConfigurationError
 from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
-from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import Case, load_trade
+from knitstudy.run.advice.problem import PhysicalProblem
+from knitstudy.run.advice.sample import SampleCase, load_trade
 from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene, load_scenes, problem_of
@@ -32,7 +32,7 @@ MEASURED = {  # error, seconds and memory of model settings; beams fail on every
 }
 
 
-TIED = Case("cut_knit", "tied")
+TIED = SampleCase("cut_knit", "tied")
 
 
 def row(problem, setting, measured, scatter=1.0):
@@ -54,7 +54,7 @@ def made(path, count):
     rows = []
     for number, (inputs, _) in enumerate(islice(points_of(trade), count)):
         for (specimen, yarns), settings in MEASURED.items():
-            problem = Problem(trade.scene(Case(specimen, yarns), inputs, f"k{number}"), trade)
+            problem = PhysicalProblem(trade.scene(SampleCase(specimen, yarns), inputs, f"k{number}"), trade)
             scatter = random.uniform(0.95, 1.0)
             rows += [row(problem, name, each, scatter=scatter) for name, each in settings.items()]
             if number % 3 == 0 and yarns == "touching":
@@ -75,7 +75,7 @@ def ask(kept, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
 
     def asked(changes=(), scene="yarns-tie-course", **asks):
-        problem = Problem(load_scene(scene).vary(LOOP | dict(changes)))
+        problem = PhysicalProblem(load_scene(scene).vary(LOOP | dict(changes)))
         return choose(problem, Requirements(question="force", **asks), f"scene {scene!r}")
 
     return asked
@@ -99,9 +99,9 @@ def test_a_model_that_fails_too_often_is_not_promised(ask):
 
 
 def test_errors_of_slip_are_promised_by_knits_that_slip():
-    case, trade = Case("cut_knit", "touching"), load_trade()
+    case, trade = SampleCase("cut_knit", "touching"), load_trade()
     points = [drawn(trade, case, *point) for point in islice(points_of(trade), 48)]
-    problems = [Problem(trade.scene(case, inputs), trade) for inputs in points]
+    problems = [PhysicalProblem(trade.scene(case, inputs), trade) for inputs in points]
     rows = [
         row(each, "yarns2", (0.01 if np.isinf(each.inputs.friction) else 0.3, 1, 1)) | {"question": question}
         for each in problems
@@ -131,7 +131,7 @@ def test_a_loop_of_control_points_counts_by_its_length(ask):
 
 def test_measurements_of_a_knit_are_of_its_loop_its_cells_and_its_cycle():
     own, _, _ = problem_of("yarns-isotropic-course", {})
-    assert own.digest != Problem(own.scene.vary({"geometry.alpha": 7.0})).digest
+    assert own.digest != PhysicalProblem(own.scene.vary({"geometry.alpha": 7.0})).digest
     keys = LOOP | {
         "fidelity": "spline_yarns",
         "interaction": "isotropic",
@@ -145,19 +145,19 @@ def test_measurements_of_a_knit_are_of_its_loop_its_cells_and_its_cycle():
         {"load.turns": [0.2, 0.1, 0.2]},
         {"pattern.loops": 2, "pattern.rows": 2},
     )
-    assert len({Problem(cell.vary(changes)).digest for changes in others}) == len(others)
+    assert len({PhysicalProblem(cell.vary(changes)).digest for changes in others}) == len(others)
 
 
 def test_a_cycle_has_one_turn_and_comes_back(ask):
     cell = LOOP | {"interaction": "isotropic", "load.strain": 0.03, "load.turns": [0.2]}
-    there = Problem(load_scene("cell-course").vary({"fidelity": "spline_yarns"} | cell))
+    there = PhysicalProblem(load_scene("cell-course").vary({"fidelity": "spline_yarns"} | cell))
     assert (str(there.case), there.inputs.strain, there.outside) == ("cell-touching-cycle", 0.2, "")
     for changes, message in (
         ({"load.turns": [0.2, 0.03, 0.2]}, "load.turns is [0.2, 0.03, 0.2]"),
         ({"load.strain": 0.1}, "load.strain 0.1, but models were measured with one turn and back to 30%"),
         ({"load.turns": [0.7]}, "load.turns is 0.7, but models were measured from 0.05 to 0.6"),
     ):
-        assert message in Problem(there.scene.vary(changes)).outside
+        assert message in PhysicalProblem(there.scene.vary(changes)).outside
 
 
 def test_stops_of_the_load_have_their_price(ask):
@@ -178,7 +178,7 @@ def test_cells_of_several_loops_have_no_promise(ask):
 
 def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     changes = {"yarn.poisson_ratio": 0.49}
-    mine = Problem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
+    mine = PhysicalProblem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
     rows = [row(mine, "network", (0.3, 2, 9)), row(mine, "yarns2", (np.inf, 2, 9))]
     for code, remark in ((physics_digest(), ""), ("", ", by other physics: measure it again (measured.csv)")):
         write_table(pd.DataFrame(rows).assign(code=code), choice.OWN)
@@ -189,7 +189,7 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
         ask({"yarn.poisson_ratio": 0.48}, accuracy=0.5)
     for text in (b"error [1]\nlarge\n", ",".join(choice.COLUMNS[:-1]).encode(), "Länge".encode("latin-1")):
         choice.OWN.write_bytes(text)
-        with refusal(r"measured\.csv: is no table of errors and prices"):
+        with refusal(r"measured\.csv: is not a table of errors and prices"):
             ask(accuracy=0.5)
 
 

@@ -46,7 +46,7 @@ def message(result):
     return line
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_help_and_completion_import_no_library_of_results_and_no_model(printed_and_imported):
     """A command starts in a third of the time: half of a second is what a shell waits for a completion."""
     code = (
@@ -58,10 +58,12 @@ def test_help_and_completion_import_no_library_of_results_and_no_model(printed_a
     assert printed_and_imported(code) == ["[0, 0, 0, 0]", "[]"]
 
 
-OF_WINGS = [pytest.param(*each, marks=pytest.mark.wings) for each in REFUSED["usage_of_wings"]]
+OPTIONAL_USAGE = [
+    pytest.param(*each, marks=pytest.mark.optional_packages) for each in REFUSED["optional_usage"]
+]
 
 
-@pytest.mark.parametrize(("arguments", "reason"), [*REFUSED["usage"], *OF_WINGS])
+@pytest.mark.parametrize(("arguments", "reason"), [*REFUSED["usage"], *OPTIONAL_USAGE])
 def test_wrong_usage_has_status_2(knitstudy, arguments, reason):
     result = knitstudy(*arguments)
     assert result.exit_code == 2
@@ -243,7 +245,7 @@ def test_scenes_of_ones_own_beside_those_of_knitstudy(knitstudy, tmp_path, simul
     knitstudy("run", path)
     assert (simulated["scene"].name, simulated["scene"].yarn.diameter) == ("jersey", 0.25e-3)
     path.write_text(JERSEY_FILE.replace("jersey\n", "dns-tie-course\n"))
-    assert "is there twice, the first in the family '2-hexahedra'" in message(knitstudy("check", config))
+    assert "is defined twice; first in the family '2-hexahedra'" in message(knitstudy("check", config))
     family = Path(os.path.relpath(CONFIG / "scenes" / "2-hexahedra.yaml"))
     assert "valid; " in knitstudy("check", family).stdout
     assert own_scenes(family)[0] == "dns-tie-course"
@@ -280,7 +282,7 @@ def test_completion_of_scenes_and_keys(knitstudy, config):
     assert completed("run", "dns-a", "--set", "yarn.y") == ["plain,yarn.youngs_modulus="]
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_deck(knitstudy, tmp_path):
     coarse = ("--set", "mesh.size=0.66", "--set", "gates.elements_across=3", "--dialect", "calculix")
     result = knitstudy("export", "pair-slid-90", *coarse, "--set", "name=coarse")
@@ -290,7 +292,7 @@ def test_deck(knitstudy, tmp_path):
     assert re.search(rf"^{hexahedra}, ", text, flags=re.MULTILINE)
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_no_refusal_of_a_deck_leads_to_another(knitstudy, tmp_path):
     """What refuses the deck of a cell names the fidelity and the interactions that have one, and these do."""
     for change in ("fidelity=beam", "interaction=tie"):
@@ -339,7 +341,7 @@ def test_how_a_run_ended_is_its_status(knitstudy, config, monkeypatch, error, st
     assert result.stderr.startswith("error: so" if status != 130 else "error: stopped; stages that were done")
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_show(knitstudy, knit, tmp_path):
     write_dataset(geometry(knit), "knit.nc")
     assert ["kind", "geometry", ""] in table(knitstudy("show", "knit.nc"))
@@ -350,7 +352,7 @@ def test_show(knitstudy, knit, tmp_path):
     ]
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_show_of_missing_and_damaged_files(knitstudy, tmp_path):
     assert "nix.nc: there is no such file" in message(knitstudy("show", "nix.nc"))
     assert "nix.csv: there is no such file" in message(knitstudy("show", "nix.csv"))
@@ -367,7 +369,7 @@ def test_check_refuses_elements_that_are_too_long_for_the_loop(knitstudy):
     assert re.search(r"loop: 55\.5 mm of yarn.*some 0\.\d% too stiff", kept.stdout)
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
     from knitstudy.use.commands import curves
 
@@ -378,7 +380,7 @@ def test_values_of_a_measured_file_cannot_leave_the_folder(tmp_path):
     assert re.fullmatch(r"lab-yarn=\.\.-\.\.-esc-[0-9a-f]{6}", name)
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_curves_that_options_choose_have_files_of_their_own(tmp_path):
     from knitstudy.use.commands import curves
 
@@ -406,7 +408,7 @@ def test_curves_that_options_choose_have_files_of_their_own(tmp_path):
 HALF_CARDIGAN = ROOT / "examples" / "knitout" / "half_cardigan.k"
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_stitches_of_a_machine_file(knitstudy):
     result = knitstudy("stitches", HALF_CARDIGAN, "--rows", "3:8", "--needles=2:7")
     assert result.exit_code == 0, result.stderr
@@ -430,7 +432,7 @@ DRAWN = {
 }
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
     changes = [f"--set={key}={value}" for key, value in DRAWN.items()]
     checked = knitstudy("check", "fabric-acrylic-stockinette-course-free", *changes)
@@ -440,7 +442,7 @@ def test_check_and_loop_of_stitches_that_are_drawn(knitstudy):
 
 
 def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch):
-    """At the end of a run, after its numbers; `simulate` logs the question before."""
+    """At the end of a run, after its numbers; `simulate` logs the warning before."""
     monkeypatch.setattr("knitstudy.measures.summary.summarise", lambda history: [])
     question = "yarn.youngs_modulus is 1300 Pa; yarns have 1e+06 to 1e+12 Pa: is it meant in MPa?"
     changed = ("cell-course", "--set", "yarn.youngs_modulus=1300")
@@ -449,7 +451,7 @@ def test_a_value_in_another_unit_is_questioned(knitstudy, simulated, monkeypatch
     assert "meant" not in knitstudy("check", "cell-course").stderr
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 @pytest.mark.parametrize("command", ["check", "loop"])
 def test_millimetres_typed_as_metres_are_questioned_where_no_loop_fits(knitstudy, monkeypatch, command):
     def no_loop(_):
@@ -493,6 +495,6 @@ def test_a_folder_called_as_a_number_is_one(knitstudy, monkeypatch):
 def test_measure_refuses_a_foreign_table_before_it_runs(knitstudy, tmp_path, monkeypatch):
     (tmp_path / "measured.csv").write_text("strain,force\n0,0\n")
     monkeypatch.setattr("knitstudy.run.trade.run", lambda *_, **__: pytest.fail("it ran"))
-    assert "measured.csv: is no table of errors and prices (it has no column" in message(
+    assert "measured.csv: is not a table of errors and prices (it has no column" in message(
         knitstudy("measure", "yarns-tie-course")
     )

@@ -79,8 +79,8 @@ def test_every_module_that_a_simulation_reaches_counts_or_reads_keys():
         "import knitstudy.knit.models.beam.build, knitstudy.knit.models.beam.rest, knitstudy.knit.models.beam.bending\n"
         "from knitstudy.knit.scene.kinds import MODELS\n"
         "[model.build for model in MODELS.all().values()]\n"
-        "rooms = 'knitstudy.knit', 'knitstudy.mechanics'\n"
-        "print(*[module.__file__ for name, module in sys.modules.items() if name.startswith(rooms)])"
+        "packages = 'knitstudy.knit', 'knitstudy.mechanics'\n"
+        "print(*[module.__file__ for name, module in sys.modules.items() if name.startswith(packages)])"
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=SOURCE.parent

@@ -106,7 +106,7 @@ def test_a_cell_of_beams_has_the_size_of_its_rest():
     assert at_rest(history.drop_attrs(), 2, 1, 1e-4) == []
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_loop_and_check_print_them(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     loop = CliRunner().invoke(main, "loop --course 0.9e-3 --wale 1.1e-3 --tex 30 --density 909".split())
@@ -120,7 +120,7 @@ def test_loop_and_check_print_them(tmp_path, monkeypatch):
     assert "mass per area" not in checked
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_loops_that_are_drawn_for_a_thinner_yarn_do_not_say_how_thick_the_fabric_is(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     scene = load_scene("fabric-acrylic-rib-course-free")

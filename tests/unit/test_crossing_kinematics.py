@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from knitstudy.knit.contacts.kinematics import (
-    Axes,
+    CrossingAxes,
     kinematics,
     place_on_yarn,
     section_motion,
@@ -37,10 +37,10 @@ def of_pair(pair, lower, upper, relative=(0, 0, 0), contact=None):
 
 
 def test_axes_stand_on_the_yarns_and_point_to_each_other(pair, knit):
-    axes = Axes.of(pair)
+    axes = CrossingAxes.of(pair)
     np.testing.assert_allclose(axes.tangent[0], [X, Y], atol=1e-12)
     np.testing.assert_allclose(axes.towards[0], [Z, -Z], atol=1e-12)
-    axes = Axes.of(knit)
+    axes = CrossingAxes.of(knit)
     np.testing.assert_allclose(np.linalg.norm(axes.across, axis=-1), 1.0, rtol=1e-7)
 
 
@@ -114,7 +114,7 @@ def test_sliding_is_along_the_yarns_as_they_lie_now(pair):
 
 def test_places_on_a_curved_yarn_are_found_again(knit):
     """Points laid out by arc length and angle in frames carried along the curve."""
-    crossings, axes = knit.crossings, Axes.of(knit)
+    crossings, axes = knit.crossings, CrossingAxes.of(knit)
     shift, angle = 2e-4, 0.3
     place = np.full((1, *crossings.point.shape), np.nan)
     for yarn, curve in enumerate(knit.centrelines):

@@ -59,7 +59,7 @@ def test_curves_of_two_results_are_both_written(cell, tmp_path):
     for option in (["--keys"], ["--picture", str(tmp_path / "knit.png")]):
         refused = CliRunner().invoke(main, ["show", *files, *option])
         assert refused.exit_code == 2
-        assert f"{option[0]} is of one result" in refused.stderr
+        assert f"{option[0]} takes one result" in refused.stderr
 
 
 TOKENS = (

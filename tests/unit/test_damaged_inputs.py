@@ -173,7 +173,7 @@ EDITS = {
 }
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 @pytest.mark.parametrize(
     ("damage", "arguments"),
     [
@@ -205,5 +205,5 @@ def test_a_history_whose_numbers_are_none_is_refused(history):
     data = read_dataset(history)
     data["force"][1] = math.nan
     write_dataset(data, history)
-    with refusal(r"jersey\.nc: force holds a value that is no number"):
+    with refusal(r"jersey\.nc: force holds a value that is not a number"):
         read_dataset(history)

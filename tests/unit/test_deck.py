@@ -16,7 +16,7 @@ from knitstudy.knit.mesh.mesher import mesh_scene
 from knitstudy.knit.models.hexahedra.build import divide
 from knitstudy.mechanics.solids.elements.hexahedron import QuadraticHexahedron
 from knitstudy.use.decks.cell import cell_deck
-from knitstudy.use.decks.deck import Interaction, specimen_deck
+from knitstudy.use.decks.deck import DeckInteraction, specimen_deck
 from knitstudy.use.decks.inp import write_inp
 
 E, NU = 1.3e9, 0.42
@@ -195,7 +195,7 @@ def test_omissions_of_a_deck_are_named_in_it_and_in_the_log(
         ("calculix", {"material": SimpleNamespace(name="mooney")}, "yarn.material is 'mooney'.*allowed are"),
         (
             "calculix",
-            {"interaction": Interaction("sticky", None, 0.1)},
+            {"interaction": DeckInteraction("sticky", None, 0.1)},
             "interaction is 'sticky'.*isotropic, rough",
         ),
     ],

@@ -1,4 +1,4 @@
-"""Pages name keys and files that are there, docstrings show what they return, rooms keep their order."""
+"""Pages name keys and files that are there, docstrings show what they return, packages keep their order."""
 
 import doctest
 import importlib
@@ -18,7 +18,7 @@ from knitstudy.run.configuration import load_scenes
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
 TEXTS = [*PAGES, *sorted(ROOT.glob("config/**/*.yaml"))]  # with the comments of configurations
-ROOMS = ("src/knitstudy", ".")  # folders that paths on pages begin in
+ROOTS = ("src/knitstudy", ".")  # folders that paths on pages begin in
 COMMAND = re.compile(r"python -m (knitstudy[\w.]*)")
 MODULE = re.compile(r"`(?:python )?([\w./-]+/\w+\.py)[ `]")
 LINK = re.compile(r"\]\(([^)#:\s]+)\)")
@@ -52,12 +52,12 @@ def test_documentation_is_up_to_date(docs_script, name):
     assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 @pytest.mark.parametrize("page", TEXTS, ids=lambda page: str(page.relative_to(ROOT)))
 def test_texts_name_modules_and_keys_that_are_there(page):
     text = page.read_text(encoding="utf-8")
     modules = {
-        path for path in MODULE.findall(text) if not any((ROOT / room / path).is_file() for room in ROOMS)
+        path for path in MODULE.findall(text) if not any((ROOT / root / path).is_file() for root in ROOTS)
     }
     modules |= {module for module in COMMAND.findall(text) if not find_spec(module)}
     keys = {".".join(actual) for actual in KEY.findall(text)} - DESCRIBED.keys() - set(OTHER_WAYS)

@@ -45,7 +45,7 @@ def fails(error):
             "bounds",
         ),
         (GeometryError("yarn.diameter 1 m: no loop"), "refused", "loop"),
-        (ConvergenceError("increment 2: open; gates.ledger allows 5%"), "stopped", "gate"),
+        (ConvergenceError("increment 2: misses; the limit gates.ledger is 5%"), "stopped", "gate"),
         (ZeroDivisionError("division by zero"), "silent", "silent"),
         (MemoryError(), "silent", "silent"),
     ],

@@ -36,7 +36,7 @@ from knitstudy.use.measured_curve import (
 )
 from knitstudy.use.plot import draw
 
-pytestmark = pytest.mark.wings
+pytestmark = pytest.mark.optional_packages
 
 
 def cell(strain, force, start="rest", axis=0):
@@ -246,7 +246,7 @@ def test_a_cell_between_plates_is_drawn_by_its_pressure(made):
     assert (pressure.get_ylabel(), lateral.get_xlabel()) == ("pressure (kPa)", "thickness (mm)")
     with refusal("no force per width along its load"):
         simulated_curve(history, history)
-    with refusal("no history of a cell without plates"):
+    with refusal("is not a history of a cell without plates"):
         membrane({"press": history})
 
 

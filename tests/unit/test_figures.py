@@ -217,7 +217,7 @@ def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
     ends = [axes.get_lines()[1].get_ydata()[-1] for axes in panels]
     turned, spun = np.degrees(0.1), np.degrees(0.2)
     np.testing.assert_allclose(ends, [turned, turned, 1.0, 1.0, 100.0, 90.0, spun, spun])
-    with refusal(r"section_rotation is missing.*run the direct simulation anew"):
+    with refusal(r"section_rotation is missing.*run the direct simulation again"):
         drawn("fig10_kinematics", contacts=touching["contacts"].drop_vars("section_rotation"))
 
 

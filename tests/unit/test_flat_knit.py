@@ -179,8 +179,8 @@ def widening(steps):
 
 
 SHAPES = {
-    "a triangle": (JERSEY + narrowing(WIDE - 2), "is no endless fabric"),
-    "a triangle of short rows": (JERSEY + narrowing(WIDE - 2, drop=True), "is no endless fabric"),
+    "a triangle": (JERSEY + narrowing(WIDE - 2), "is not an endless fabric"),
+    "a triangle of short rows": (JERSEY + narrowing(WIDE - 2, drop=True), "is not an endless fabric"),
     "a triangle that grows": (widening(5), "the piece becomes wider"),
     "a cord": (along("+", FRONT[:4], made="tuck") + 8 * along("+", FRONT[:4]), "a cord or a tube"),
     "a cord of two needles": (
@@ -235,9 +235,9 @@ BOUNDS = {
     "a rack of many digits": (["rack " + "9" * 400], "line 41: .* allowed are racks"),
     "a needle of many digits": (
         ["knit - f" + "9" * 5000 + " 3"],
-        "line 41: .*no needle of a bed; allowed are 4 digits",
+        "line 41: .*not a needle of a bed; allowed are 4 digits",
     ),
-    "digits of another script": (["knit - f١ 3"], "line 41: .* is no needle"),
+    "digits of another script": (["knit - f١ 3"], "line 41: .* is not a needle"),
     "a stack of loops": (200 * ["tuck - f1 3", "tuck + f1 3"], "100 loops on one needle"),
     "loops that a split adds": (200 * ["split + f1 b1 3", "xfer b1 f1"], "100 loops on one needle"),
     "a pass for every loop": (

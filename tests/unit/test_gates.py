@@ -13,8 +13,8 @@ from knitstudy.knit.loading.gates import (
     fewest_across,
     path_work,
     require_apart,
-    require_closed_ledger,
     require_elements_across,
+    require_energy_balance,
     require_lasting_friction,
     require_small_hourglass,
     require_small_viscosity,
@@ -49,31 +49,31 @@ def recorded(force, internal, corners=(1.0,), only=None, friction=None):
     return recorder
 
 
-def test_open_ledger_is_refused_and_that_of_a_spring_is_closed():
+def test_an_energy_balance_that_misses_work_is_refused_and_a_spring_passes():
     """A spring, and one that has lost 0.5 of 6 J in its first increment, and nothing since."""
-    require_closed_ledger(recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2), 4, 1e-12)
+    require_energy_balance(recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2), 4, 1e-12)
     recorder = recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2 - 0.5 * (LOAD > 0))
     message = (
-        r"increment 4: the ledger of energies is open by 0\.5 J, 8\.3% of the external work \(work 6 J, energy"
-        r" of the yarns 5\.5 J\); gates\.ledger allows 5\.0%\. Sums over.*solver\.increments"
+        r"increment 4: the energy balance misses 0\.5 J, 8\.3% of the external work \(work 6 J, energy"
+        r" of the yarns 5\.5 J\); the limit gates\.ledger is 5\.0%\. Sums over.*solver\.increments"
         r".*gates\.ledger raises the limit"
     )
     with refusal(message) as refused:
-        require_closed_ledger(recorder, 4, 0.05)
+        require_energy_balance(recorder, 4, 0.05)
     assert not isinstance(refused.value, CoarseIncrement)
-    require_closed_ledger(recorder, 4, 0.09)
-    require_closed_ledger(recorder, 4, 0.05, least=0.6)
+    require_energy_balance(recorder, 4, 0.09)
+    require_energy_balance(recorder, 4, 0.05, least=0.6)
 
 
 def test_yarns_that_snap_are_said_to_snap():
     """In the last increment they set 4 J free; a force of 3 N does 1.5 J."""
     recorder = recorded([0.0, 3.0, 3.0, 3.0, 3.0], [0.0, 0.75, 2.25, 3.75, -0.25])
     message = (
-        r"increment 4: the ledger of energies opens further by 5\.5 J, 366\.7% of the work that is done in it \(work"
+        r"increment 4: its energy balance misses 5\.5 J, 366\.7% of its work \(work"
         r" 1\.5 J, energy of the yarns -4 J\); .* Yarns snap into another place .*contact\.friction"
     )
     with refusal(message) as refused:
-        require_closed_ledger(recorder, 4, 0.05)
+        require_energy_balance(recorder, 4, 0.05)
     assert isinstance(refused.value, CoarseIncrement)
 
 
@@ -83,7 +83,7 @@ def test_what_unbalanced_forces_may_have_done_does_not_count():
     gates, yarn = SimpleNamespace(flow=0.05, ledger=0.05, penalty=0.05), SimpleNamespace
     slack = replace(increment(internal=5.5), load=1.0, unbalanced=0.6, unbalanced_so_far=0.6)
     require_sound(slack, recorder, gates, yarn(youngs_modulus=1.0, diameter=1.0))
-    with refusal(r"opens further by 0\.5 J"):
+    with refusal(r"its energy balance misses 0\.5 J"):
         require_sound(replace(slack, unbalanced=0.1), recorder, gates, yarn(youngs_modulus=1.0, diameter=1.0))
 
 
@@ -127,7 +127,7 @@ GATES = SimpleNamespace(stabilisation=0.05, viscous_force=0.05)
 @pytest.mark.parametrize(("coefficient", "energy", "remedy"), REFUSED["hourglass modes"])
 def test_hourglass_modes_that_carry_or_run_free(coefficient, energy, remedy):
     """Without stiffness they cost nothing and move most: their cost with the usual one counts."""
-    message = rf"increment 3: hourglass energy.*gates\.hourglass allows 5\.0%\. {remedy}"
+    message = rf"increment 3: hourglass energy.*the limit gates\.hourglass is 5\.0%\. {remedy}"
     with refusal(message):
         require_small_hourglass(increment(internal=1.0, hourglass=energy), 0.05, coefficient)
     require_small_hourglass(increment(internal=1.0, hourglass=energy / 100), 0.05, coefficient)
@@ -159,9 +159,7 @@ def test_viscous_flows_are_measured_against_what_yarns_store_at_rest_too():
     yarn = SimpleNamespace(youngs_modulus=1.0, diameter=1.0)
     recorder = recorded(3 * END * LOAD, 1.5 * (END * LOAD) ** 2)
     flowed = replace(increment(internal=-0.5), damped=0.1)
-    message = (
-        r"increment 3: viscous flows.*dissipated more than the internal energy; gates\.flow allows 5\.0%"
-    )
+    message = r"increment 3: viscous flows.*dissipated more than the internal energy; the limit gates\.flow is 5\.0%"
     with refusal(message):
         require_sound(flowed, recorder, gates, yarn)
     require_sound(flowed, recorder, gates, yarn, internal=lambda response: 4.0 + response.energy["internal"])
@@ -237,7 +235,7 @@ def test_a_lattice_is_stretched_and_sheared():
 
 
 def test_the_gate_names_the_depth_and_the_key():
-    with refusal(r"increment 3: yarns pass 0.61 radii .*gates.overlap allows 0.5") as raised:
+    with refusal(r"increment 3: yarns overlap by 0.61 radii; the limit gates.overlap is 0.5") as raised:
         require_apart(0.61, 3, 0.5)
     assert isinstance(raised.value, CoarseIncrement)  # a shorter one may keep them apart
     assert not raised.value.bearable

@@ -10,7 +10,7 @@ from synthetic import history
 
 from knitstudy.datasets import STRAINS
 from knitstudy.knit.loading.history import FORMS
-from knitstudy.measures.response import hourglass_share, ledger_gap, penetration
+from knitstudy.measures.response import energy_gap, hourglass_share, penetration
 from knitstudy.measures.summary import summarise
 from knitstudy.run.catalogue import TABLES
 
@@ -47,7 +47,7 @@ def whole():
         ({}, []),
         ({"load": (0.0, 0.5, 0.9)}, ["ends at load factor 0.9"]),
         ({"residual": 2e-6}, ["residual 2.00e-06"]),
-        ({"energy": energies(internal=0.94)}, ["ledger open by 6.0%"]),
+        ({"energy": energies(internal=0.94)}, ["energy balance misses 6.0%"]),
     ],
 )
 def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, message):
@@ -58,7 +58,7 @@ def test_values_outside_of_their_limits_are_faults(whole, plain_scene, made, mes
 def test_values_that_are_no_numbers_are_faults(whole, plain_scene, name):
     dataset = whole()
     dataset[name][-1] = np.nan
-    assert faults(dataset, plain_scene) == [f"{name} holds a value that is no number"]
+    assert faults(dataset, plain_scene) == [f"{name} holds a value that is not a number"]
 
 
 def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):
@@ -73,7 +73,7 @@ def test_penetration_is_compared_with_the_limit_of_contact(whole, plain_scene):
     assert (faults(apart, plain_scene), penetration(apart)) == ([], 0)
 
 
-def test_a_ledger_of_rounding_errors_is_no_fault(whole, plain_scene):
+def test_rounding_errors_of_the_energy_balance_are_no_fault(whole, plain_scene):
     open_one = whole(energy=1e-15 * energies(internal=0.5))
     assert is_unloaded(open_one, plain_scene)
     assert faults(open_one, plain_scene) == []
@@ -113,9 +113,9 @@ def direct():
     )
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_table_of_a_direct_simulation(direct):
-    assert ledger_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
+    assert energy_gap(direct) == pytest.approx(0.05 / 4)  # |0 - 0.03 - 0.02| is the largest gap
     # The first increment does not count: its 0.03 J are less than 1% of 3.9 J.
     assert hourglass_share(direct) == pytest.approx(0.03 / 0.99)
     table = TABLES.make("simulation", dns=direct, scenes=SCENES).set_index("quantity")

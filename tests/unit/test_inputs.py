@@ -7,7 +7,7 @@ from click.testing import CliRunner
 
 from knitstudy.errors import ConvergenceError, GeometryError
 from knitstudy.run import inputs
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.commands.main import main
 
 
@@ -57,7 +57,7 @@ def test_spacings_are_inputs_of_drawn_loops_alone(jersey):
 
 def test_forces_of_the_jersey_change_with_diameter_and_spacing(jersey):
     """The jersey: of 1.02 d 54.3 for 51.5 N/m; beams of 0.3 R, 1.02 times the course spacing: 49.69 for 51.43."""
-    effects = {effect.key: effect.exponent for effect in inputs.effects_on_force(Problem(jersey))}
+    effects = {effect.key: effect.exponent for effect in inputs.effects_on_force(PhysicalProblem(jersey))}
     assert effects["yarn.diameter"] == pytest.approx(2.64, rel=0.03)
     assert effects["pattern.course_spacing"] == pytest.approx(-1.74, rel=0.05)
 
@@ -78,5 +78,5 @@ def test_a_plan_is_of_the_simulation_and_names_inputs(jersey, tmp_path, monkeypa
 
 def test_the_bending_of_a_solid_yarn_stands_beside_that_of_a_spun_one(jersey):
     """E pi d4 / 64 of 200 MPa and 0.2 mm; cotton of 30 tex is 0.205 mm thick."""
-    said = inputs.against_shelf(jersey.vary({"yarn.diameter": 0.2e-3}))
+    said = inputs.compared_with_library(jersey.vary({"yarn.diameter": 0.2e-3}))
     assert "it bends with 0.016 N mm2; cotton-30tex, 0.2 mm thick, with 0.001 (0.00058 to 0.86)" in said

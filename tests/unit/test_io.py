@@ -234,7 +234,7 @@ def test_a_file_of_a_fixed_name_is_regular_or_refused(tmp_path, kind):
             os.mkfifo(path)
         case "folder":
             path.mkdir()
-    with refusal("study.lock: is no regular file, and is not written to"):
+    with refusal("study.lock: is not a regular file, and is not written to"):
         open_regular(path)
     assert os.listdir(tmp_path) == ["study.lock"]
 
@@ -372,7 +372,7 @@ def test_a_file_that_was_changed_afterwards_is_refused(tmp_path, history):
 @pytest.mark.parametrize(
     ("other", "message"),
     [
-        ({"force": [0.0, np.nan, 2.0]}, "force holds a value that is no number"),
+        ({"force": [0.0, np.nan, 2.0]}, "force holds a value that is not a number"),
         ({"load": [0.0, 0.2, 0.4]}, r"ends at 0\.4 of the load"),
     ],
 )

@@ -104,7 +104,7 @@ def cable_without_crossings():
 
 
 def dropped():
-    """Every second row lets a loop fall and begins anew on its needle."""
+    """Every second row lets a loop fall and begins again on its needle."""
     graph = Graph()
     row = graph.rows(2, [None] * 6)
     for _ in range(4):
@@ -166,7 +166,7 @@ WRONG = {
     "intarsia": (intarsia, "yarn of carrier"),
     "empty": (Graph, "knit graph: has no stitches"),
     "tucks alone": (lambda: knitted(["T"], up=1), "has no stitches"),
-    "another object": (lambda: (1, None, 2), "an object of type tuple is no knit"),
+    "another object": (lambda: (1, None, 2), "an object of type tuple is not a knit"),
 }
 
 

@@ -166,7 +166,7 @@ NO_LETTERS = {
     ),
     "held loop": (
         3 * [*along("+", 1, 4), *along("+", 6, 8), *MOVED, *BACK, *ACROSS, *BACK],
-        "no letter says that a held loop moves",
+        "stitch letters cannot express that a held loop moves",
     ),
 }
 
@@ -258,7 +258,7 @@ def test_a_scene_takes_stitches_and_size_from_a_file(plain_scene):
     assert (scene.pattern.stitches, scene.pattern.loops, scene.pattern.rows) == (("PK", "TK"), 2, 2)
     cable = plain_scene.vary(cell | {"pattern.knitout": str(FILES / "cable.k")})
     assert (cable.pattern.loops, cable.pattern.rows) == (2, 2), "marks are no loops"
-    with refusal("say the same"):
+    with refusal("conflict: set only one"):
         plain_scene.vary({"pattern.knitout": str(FILES / "rib.k"), "pattern.stitches": ["KP"]})
 
 

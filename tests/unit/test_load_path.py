@@ -10,7 +10,7 @@ from refusals import refusal
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError
 from knitstudy.knit.geometry.specimens import yarn_pair
-from knitstudy.knit.loading.gates import require_closed_ledger
+from knitstudy.knit.loading.gates import require_energy_balance
 from knitstudy.knit.loading.history import Motion, Stations, load_path
 from knitstudy.knit.loading.run import Run
 from knitstudy.knit.loading.solve import Problem, solve_load_path
@@ -154,9 +154,9 @@ def test_an_interrupted_run_goes_on(problem, tmp_path, caplog):
     assert not restart.exists()
 
 
-def test_an_increment_too_coarse_for_the_ledger_is_halved(problem, tmp_path):
+def test_an_increment_too_coarse_for_the_energy_balance_is_halved(problem, tmp_path):
     def closed(increment, recorder):
-        require_closed_ledger(recorder, increment.index, 0.01)
+        require_energy_balance(recorder, increment.index, 0.01)
 
     problem = replace(problem, settings=Settings(increments=2), checks=(closed,))
     history = solve_load_path(problem)
@@ -241,7 +241,7 @@ def test_increments_that_converged_before_a_failure_are_kept(problem, tmp_path):
 def test_a_state_that_a_gate_refuses_is_not_of_the_curve(problem):
     def refuse(increment, recorder):
         if increment.load == 1:
-            raise ConvergenceError("gates.some allows less")
+            raise ConvergenceError("the limit gates.some is less")
 
     with refusal(r"gates\.some") as refused:
         solve_load_path(replace(problem, checks=(refuse,)))

@@ -312,4 +312,4 @@ def test_files_without_a_law_and_cells_of_two_fabrics_are_refused(results):
     assert result.exit_code == 1
     assert "yarn.poisson_ratio is 0.1 but" in result.stderr
     result = command("strip", results / "course.nc", "--length", 1, "--width", 1, "--strain", 0.1)
-    assert "is no law of a fabric" in result.stderr
+    assert "is not a law of a fabric" in result.stderr

@@ -11,7 +11,7 @@ from knitstudy.knit.mesh import quality
 from knitstudy.knit.mesh.mesher import mesh_fabric
 from knitstudy.knit.mesh.quadratic import quadratic_mesh
 from knitstudy.knit.mesh.quality import check_folding
-from knitstudy.knit.mesh.section import Grading, Section, Spacing, place_slices
+from knitstudy.knit.mesh.section import Grading, SectionMesh, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import Targets, roll_towards, rotation_minimising, sweep
 from knitstudy.mechanics.materials.isotropic import Hencky
 from knitstudy.mechanics.solids.elements.hexahedron import (
@@ -33,7 +33,7 @@ def volumes(mesh):
 
 
 def test_volume_of_a_straight_yarn_is_the_cylinder_s():
-    mesh = sweep([Straight(12.0)], Section.butterfly(4, 1), 0.9, Spacing(0.3))
+    mesh = sweep([Straight(12.0)], SectionMesh.butterfly(4, 1), 0.9, Spacing(0.3))
     assert volumes(mesh).min() > 0
     assert volumes(mesh).sum() == pytest.approx(np.pi * 0.9**2 * 12, rel=1e-13)
 
@@ -91,7 +91,7 @@ def areas(section):
 
 @pytest.mark.parametrize(("core", "rings"), [(3, 1), (4, 1), (6, 2)])
 def test_polygon_has_the_area_of_the_disc(core, rings):
-    section = Section.butterfly(core, rings)
+    section = SectionMesh.butterfly(core, rings)
     assert areas(section).sum() == pytest.approx(np.pi, rel=1e-14)
     np.testing.assert_allclose(np.diff(section.angles), 2 * np.pi / (4 * core), rtol=1e-13)
     radii = np.linalg.norm(section.points[section.ring], axis=1)
@@ -101,7 +101,7 @@ def test_polygon_has_the_area_of_the_disc(core, rings):
 
 def test_roll_is_the_smallest_that_brings_facets_under_the_targets():
     """Of a straight yarn along z: targets lie so many facets beyond a facet's middle."""
-    angles = Section.butterfly(4, 1).angles
+    angles = SectionMesh.butterfly(4, 1).angles
     step, where = 2 * np.pi / angles.size, np.array([3.1, 6.1, 9.1])
     bearing = angles[0] + step * (0.5 + np.array([0.3, 5.1, -3.4]))
     targets = Targets(where, np.stack([np.cos(bearing), np.sin(bearing), where], axis=-1))
@@ -150,7 +150,7 @@ def test_scaled_jacobian_of_simple_shapes():
 
 
 def test_folded_element_is_refused_with_its_place():
-    mesh = sweep([Arc(3.0, 2.0)], Section.butterfly(3, 1), 0.9, Spacing(0.5))
+    mesh = sweep([Arc(3.0, 2.0)], SectionMesh.butterfly(3, 1), 0.9, Spacing(0.5))
     layer = 5
     element = layer * mesh.section.quads.shape[0]
     nodes = mesh.nodes.copy()
@@ -206,7 +206,7 @@ CURVES = (Helix(3.0, 0.5, 0.5), Straight(6.0, (0, 20.0, 0)))
 
 @pytest.fixture(scope="module")
 def swept():
-    return sweep(CURVES, Section.butterfly(3, 1), RADIUS_QUADRATIC, Spacing(0.5))
+    return sweep(CURVES, SectionMesh.butterfly(3, 1), RADIUS_QUADRATIC, Spacing(0.5))
 
 
 @pytest.fixture(scope="module")

@@ -13,10 +13,10 @@ from knitstudy.run.configuration import load_scene
 
 KEYS = """
 from knitstudy.knit.scene.keys import Section, key, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.specimens import Knit
 from knitstudy.knit.scene.shared_sections import BeamMesh, BeamGates
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class Wires(Section):
@@ -32,7 +32,7 @@ class KnitOfWires(Knit):
     wires: Wires = section()
 
 
-MODELS.register(Model("wires", "rigidly joined wires", (KnitOfWires,), later("wires.build:build")))
+MODELS.register(FidelityModel("wires", "rigidly joined wires", (KnitOfWires,), lazy_import("wires.build:build")))
 """
 
 READS = """

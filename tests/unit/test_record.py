@@ -49,9 +49,9 @@ def test_files_follow_the_conventions_and_describe_their_variables(folder):
     assert data.swap_dims(increment="strain").force.interp(strain=0.005) > 0
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
-    again = command("run", file, "--anew", "-o", tmp_path)
+    again = command("run", file, "--force", "-o", tmp_path)
     assert again.exit_code == 0, again.output
     assert "the same as in" in again.stderr
     assert "mine.nc, to the last bit, but for times" in again.stderr
@@ -63,7 +63,7 @@ def test_a_file_alone_gives_the_same_bits_again(file, tmp_path):
     assert float(force[3]) == pytest.approx(0.5, rel=1e-5), "forces scale with the modulus"
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_keys_that_differ_from_defaults_come_first(file):
     rows = [row.split("\t") for row in command("show", file, "--keys").stdout.splitlines()]
     assert rows[0] == ["key", "value", "default", "unit"]
@@ -92,7 +92,7 @@ def test_files_without_keys_are_refused_by_one_line(attributes, error, message):
         scenes_of(xr.Dataset(attrs=attributes), "old.nc")
 
 
-@pytest.mark.wings
+@pytest.mark.optional_packages
 def test_a_file_from_before_is_shown_and_compared(file, tmp_path):
     old = read_dataset(file)
     write_dataset(old.drop_attrs(deep=False).assign_attrs(scene="\x1b[2Jold"), tmp_path / "old.nc")
@@ -113,6 +113,6 @@ def test_a_variable_of_another_bit_is_named(file, tmp_path):
         force=data["force"].copy(data=force), seconds=data["seconds"].copy(data=2 * data["seconds"])
     )
     write_dataset(changed.assign_attrs(scene_keys=json.dumps(keys)), tmp_path / "a.nc")
-    message = command("run", tmp_path / "a.nc", "--anew", "-o", tmp_path).stderr.splitlines()[-1]
+    message = command("run", tmp_path / "a.nc", "--force", "-o", tmp_path).stderr.splitlines()[-1]
     assert message.startswith(f"not the same as in {tmp_path / 'a.nc'}, made by knitstudy")
     assert message.endswith(": force")

@@ -107,7 +107,7 @@ def test_one_way_is_as_uncertain_as_ways_disagree_elsewhere(knit, solid, sources
     assert single["uncertainty from disagreement"] == pytest.approx(12.24 * share)
 
 
-def test_the_kept_reference_is_of_the_problems_of_today():
+def test_the_committed_reference_has_the_present_problems():
     """A new key of the physics would change their digests, and the reference would no longer be found."""
     table, scenes = read_table(keep.REFERENCE), load_scenes()
     for name in load_study("reference"):
@@ -169,7 +169,7 @@ def copy(tmp_path, sources, monkeypatch):
     return path
 
 
-def test_rows_that_were_not_simulated_anew_stay(copy, sources, monkeypatch):
+def test_rows_that_were_not_simulated_again_stay(copy, sources, monkeypatch):
     """One mesh of one way is: its rows and the limits change, and these name both codes."""
     name = "reference-one-point-0333333"
     changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
@@ -177,11 +177,11 @@ def test_rows_that_were_not_simulated_anew_stay(copy, sources, monkeypatch):
     before, values = read_table(copy), read_table(keep.values_beside(copy))
     monkeypatch.setattr(keep, "physics_digest", lambda: "cd34")
     keep.keep_values(few, sources["scenes"], copy)
-    after, anew = read_table(copy), read_table(keep.values_beside(copy))
-    assert list(anew["scene"]) == list(values["scene"])
-    assert set(anew[anew["physics"] == "cd34"]["scene"]) == {name}
+    after, again = read_table(copy), read_table(keep.values_beside(copy))
+    assert list(again["scene"]) == list(values["scene"])
+    assert set(again[again["physics"] == "cd34"]["scene"]) == {name}
     np.testing.assert_array_equal(
-        anew["value"] != values["value"], (values["scene"] == name) & forces(values)
+        again["value"] != values["value"], (values["scene"] == name) & forces(values)
     )
     assert set(after["physics"]) == {"ab12 cd34"}
     np.testing.assert_array_equal(after["value"] != before["value"], forces(before))

@@ -70,7 +70,10 @@ RULES = pd.read_csv(ROOT / "resources" / "reference" / "paper_claims.csv")
 def results():
     """Two claims of the full study, the second one as if it had not been run."""
     plain = pd.DataFrame({"name": ["a", "c"], "b": [1.23456, None]})
-    since = ["id", *(name for name in RULES if name not in KEPT)]  # the kept table may be older than rules
+    since = [
+        "id",
+        *(name for name in RULES if name not in KEPT),
+    ]  # the committed table may be older than rules
     claims = KEPT[:2].merge(RULES[since], on="id").astype(object)
     claims.loc[1, ["verdict", "quantity", "paper", "ours", "measured"]] = (
         "not yet run",
@@ -185,8 +188,8 @@ def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
     kept = tmp_path / "scenes.csv"
     kept.write_text("scene,keys,made\na,0x1,2026-11-28\nb,0x2,2026-11-28\n")
     assert age_warning(kept, "keys", {"b": "0x2", "a": "0x1", "later": "3"}, "Values", "reference") == ""
-    for today in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
-        warning = age_warning(kept, "keys", today, "Values", "reference")
+    for present in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
+        warning = age_warning(kept, "keys", present, "Values", "reference")
         assert warning == (
-            "Values were kept on 2026-11-28; changed since then: keys of b; `make reference` makes them anew."
+            "Values were committed on 2026-11-28; changed since then: keys of b; `make reference` makes them again."
         )

@@ -206,7 +206,9 @@ def interrupted(run, restart, after, message):
     return seen
 
 
-LONG = pytest.param("extreme-yarns-slide", marks=pytest.mark.full)  # increments are halved for the ledger
+LONG = pytest.param(
+    "extreme-yarns-slide", marks=pytest.mark.full
+)  # increments are halved for the energy balance
 
 
 @pytest.mark.parametrize(

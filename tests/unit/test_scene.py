@@ -12,8 +12,8 @@ from knitstudy.knit.models.beam import Beams, CellOfBeams
 from knitstudy.knit.models.spline_yarns import SplineYarns
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, key, section
-from knitstudy.knit.scene.kinds import MODELS, Model
-from knitstudy.knit.scene.scene import Scene, flat, questions
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
+from knitstudy.knit.scene.scene import Scene, flat, unit_warnings
 from knitstudy.knit.scene.sections import CellStrain, KnitTension, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.knit.scene.specimens import Knit
@@ -31,7 +31,7 @@ def test_friction_is_the_word_for_a_name_that_digests_keep(scene):
     assert (said, said.hash, said.interaction) == (kept, kept.hash, "isotropic")
     assert str(said).endswith(", friction)")
     assert said.to_dict()["interaction"] == "isotropic"
-    with refusal("no key of a scene .* and interaction friction"):
+    with refusal("not a key of a scene .* and interaction friction"):
         said.replace("yarn.set", 0.5)
 
 
@@ -39,10 +39,10 @@ def test_friction_is_the_word_for_a_name_that_digests_keep(scene):
 def test_lengths_of_a_thousand_radii_are_questioned(scene, name):
     """A loop has tens of radii of yarn: a thousand are mm that were typed as m."""
     usual = scene.yarn.radius * 30
-    assert questions(scene.replace(f"pattern.{name}", usual)) == []
-    (question,) = questions(scene.replace(f"pattern.{name}", 1e3 * usual))
+    assert unit_warnings(scene.replace(f"pattern.{name}", usual)) == []
+    (warning,) = unit_warnings(scene.replace(f"pattern.{name}", 1e3 * usual))
     assert re.fullmatch(
-        rf"pattern\.{name} is [\d.]+ m, 30000 radii of the yarn: is it meant in mm\?", question
+        rf"pattern\.{name} is [\d.]+ m, 30000 radii of the yarn: is it meant in mm\?", warning
     )
 
 
@@ -82,7 +82,7 @@ def test_changes_that_are_refused(name, changes, message):
         load_scene(name).vary(changes)
 
 
-@pytest.mark.parametrize(("group", "message"), [("lod", "unknown key 'lod'"), ("beam", "beam is no key")])
+@pytest.mark.parametrize(("group", "message"), [("lod", "unknown key 'lod'"), ("beam", "beam is not a key")])
 def test_an_empty_group_that_a_scene_does_not_have_is_refused(scene, group, message):
     with refusal(message):
         Scene.from_dict(scene.to_dict() | {group: {}})
@@ -170,7 +170,7 @@ class GrownKnit(Knit):
 @pytest.fixture
 def grown(scene, monkeypatch):
     """Function to a scene of a model with such a section."""
-    model = Model("growing", "a model that grew", (GrownKnit,), build=None)
+    model = FidelityModel("growing", "a model that grew", (GrownKnit,), build=None)
     monkeypatch.setitem(MODELS._entries, model.name, model)
     return lambda **keys: scene.vary(
         {"fidelity": "growing", "outputs": [], "grown.old": 2.0}
@@ -193,7 +193,7 @@ def test_an_implied_value_belongs_to_the_problem_and_is_no_key(grown):
     assert grown().read(["tie"]) == {}
     assert grown().values_of("physics")["tie.radius"] == 0.183
     assert grown().value("tie.radius") is None
-    with refusal(r"tie\.radius is no key of a scene whose .* fidelity growing"):
+    with refusal(r"tie\.radius is not a key of a scene whose .* fidelity growing"):
         grown().replace("tie.radius", 0.2)
 
 
@@ -222,7 +222,7 @@ def test_a_scene_is_made_of_what_a_user_says():
             "scene: pattern.course_spacing is 0.0001 m but",
         ),
         (lambda: Beams(contact=Friction(friction=-1.0)), "Friction: friction is -1.0"),
-        (lambda: Knit(), "Knit is no class of scenes of a model; take one of Beams, CellOfBeams"),
+        (lambda: Knit(), "Knit is not a class of scenes of a model; take one of Beams, CellOfBeams"),
     ]:
         with refusal(message):
             made()

@@ -17,13 +17,13 @@ from trade import FOUND, measure_sample, sampled
 from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, LOSS, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR
-from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import Case, load_trade
+from knitstudy.run.advice.problem import PhysicalProblem
+from knitstudy.run.advice.sample import SampleCase, load_trade
 from knitstudy.run.configuration import problem_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
 SAMPLE = load_trade().model_copy(update={"coverage": 0.90, "confidence": 0.95})
-TIED = Case("cut_knit", "tied")
+TIED = SampleCase("cut_knit", "tied")
 
 
 @pytest.mark.parametrize(("count", "rank"), [(28, None), (29, 29), (45, 45), (46, 45), (48, 47), (100, 96)])
@@ -89,9 +89,9 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
     for case in trade.cases():
         for point, slips in islice(points_of(trade), 8):
             inputs = drawn(trade, case, point, slips)
-            problem = Problem(trade.scene(case, inputs), trade)
+            problem = PhysicalProblem(trade.scene(case, inputs), trade)
             assert problem.outside == ""
-            assert problem.digest == Problem(problem.scene.scaled(1e-3, 1e6), trade).digest
+            assert problem.digest == PhysicalProblem(problem.scene.scaled(1e-3, 1e6), trade).digest
             assert problem.case == case
             there = problem.inputs
             assert (there.course, there.wale) == pytest.approx((inputs.course, inputs.wale))
@@ -104,7 +104,7 @@ def test_a_knit_is_its_inputs_at_any_scale(trade):
 
 def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
     """Force and slip are the means of its four crossings; the slip of a tied crossing counts as 0."""
-    case = Case("cut_knit", "touching")
+    case = SampleCase("cut_knit", "touching")
     inputs = replace(next(points_of(trade))[0], friction=0.3, loops=3, rows=3)
     scene = trade.scene(case, inputs).vary(trade.settings_of(case)["beams"])
     middle = slice(16, 20)  # of 36 crossings: row by row, column by column, four a cell
@@ -119,7 +119,7 @@ def test_beams_answer_by_the_crossings_of_the_middle_cell(trade):
 
 def test_a_cycle_loses_the_work_of_its_turn_less_what_comes_back(trade):
     """3 J up to the turn, 1 J back until the force ends; to press the cell on takes work again."""
-    case = Case("cell", "touching", "cycle")
+    case = SampleCase("cell", "touching", "cycle")
     scene = trade.scene(case, drawn(trade, case, *next(points_of(trade)))).vary({"fidelity": "beam"})
     work = xr.DataArray(
         [[0.0, 1.0, 3.0, 2.0, 2.5]], coords={"form": ["external"]}, dims=("form", "increment")
@@ -131,15 +131,17 @@ def test_a_cycle_loses_the_work_of_its_turn_less_what_comes_back(trade):
 
 def test_yarns_slip_at_large_strains_even_where_they_do_not_at_small_ones(trade):
     point, _ = next(points_of(trade))
-    small, large, cycle = (Case("cell", "touching", path) for path in ("small", "large", "cycle"))
+    small, large, cycle = (SampleCase("cell", "touching", path) for path in ("small", "large", "cycle"))
     assert np.isinf(drawn(trade, small, point, slips=False).friction)
     assert {drawn(trade, case, point, slips=False).friction for case in (large, cycle)} == {point.friction}
 
 
 def test_beams_do_not_take_a_cell_whose_yarns_cannot_slip(trade):
     point, _ = next(points_of(trade))
-    cells = [trade.scene(Case("cell", "touching"), replace(point, friction=each)) for each in (0.3, np.inf)]
-    assert ["beams" in Problem(cell, trade).settings for cell in cells] == [True, False]
+    cells = [
+        trade.scene(SampleCase("cell", "touching"), replace(point, friction=each)) for each in (0.3, np.inf)
+    ]
+    assert ["beams" in PhysicalProblem(cell, trade).settings for cell in cells] == [True, False]
 
 
 def values(records):
@@ -155,7 +157,7 @@ def record(setting, force, reason=""):
 
 
 def test_knits_begin_with_small_increments_to_tell_branches_apart(trade):
-    case = Case("cut_knit", "touching")
+    case = SampleCase("cut_knit", "touching")
     fine = begun_finely(trade, case, "yarns2")
     keys = trade.settings_of(case)
     assert fine.settings_of(case) == keys | {"yarns2": keys["yarns2"] | {"load.stops": STOPS}}
@@ -207,7 +209,7 @@ def test_slack_yarns_say_nothing_of_the_uncertainty_of_curves(trade):
     assert estimate.uncertainty == pytest.approx(3.1 * 0.175 / 4.95)  # 4.8 of 4.95, open by 0.025
 
 
-@pytest.mark.parametrize("case", [TIED, Case("cell", "touching")], ids=str)
+@pytest.mark.parametrize("case", [TIED, SampleCase("cell", "touching")], ids=str)
 @pytest.mark.parametrize(
     ("end", "reason"),
     [
@@ -222,7 +224,7 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
     monkeypatch.setattr("knitstudy.run.trade.simulate", simulate)
     hasty = trade.model_copy(update={"limit": 60})
-    record = run(Problem(trade.scene(case, next(points_of(trade))[0]), hasty), "yarns2", tmp_path)
+    record = run(PhysicalProblem(trade.scene(case, next(points_of(trade))[0]), hasty), "yarns2", tmp_path)
     assert record["reason"].startswith(reason)
     assert (record["model setting"], record["values"]) == ("yarns2", {})
 
@@ -262,6 +264,6 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     assert set(table.loc[table["model setting"] == "yarns4", "knit"]) == {"knit001", "knit005"}
     assert (
         capsys.readouterr().out.splitlines()[-1]
-        == "49 records were made by other code: --anew makes them again"
+        == "49 records were made by other code: --force makes them again"
     )
     assert set(measure_sample(2, tmp_path)["knit"]) == {"knit001", "knit002"}

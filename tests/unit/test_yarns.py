@@ -66,7 +66,7 @@ def test_a_file_that_says_too_little_is_refused(tmp_path, knit, change, message)
 
 
 FIBRES = read_yaml(RESOURCES / "fibres.yaml")
-SHELF = [name for name in YARNS if read_yarn(name).strands]
+MADE_OF_FIBRES = [name for name in YARNS if read_yarn(name).strands]
 TWO_ENDS = {0: (0, 0), -1: (0, 1), 1: (1, 0)}  # of the interval of what a value rises with, and falls with
 
 
@@ -75,14 +75,14 @@ def end(entry, place, which):
     return entry["interval"][TWO_ENDS[which][place]] if which else entry["value"]
 
 
-def test_the_shelf_has_the_yarns_of_jerseys_and_knitwear():
-    fibres = {strand["fibre"] for name in SHELF for strand in read_yarn(name).strands}
+def test_the_yarn_library_has_the_yarns_of_jerseys_and_knitwear():
+    fibres = {strand["fibre"] for name in MADE_OF_FIBRES for strand in read_yarn(name).strands}
     assert fibres == set(FIBRES) == {"acrylic", "cotton", "elastane", "nylon", "polyester", "wool"}
-    assert len(SHELF) == 7
+    assert len(MADE_OF_FIBRES) == 7
 
 
 @pytest.mark.parametrize("which", TWO_ENDS)
-@pytest.mark.parametrize("name", SHELF)
+@pytest.mark.parametrize("name", MADE_OF_FIBRES)
 def test_a_diameter_follows_from_tex_packing_and_fibres(name, which):
     file = read_yaml(RESOURCES / "yarns" / f"{name}.yaml")
     volume = sum(  # m2 of fibres in a section
@@ -193,7 +193,7 @@ def test_fibres_press_each_other_as_those_of_the_measured_yarns(name):
         assert all(entry["interval"][0] <= entry["value"] <= entry["interval"][1] for entry in fibre.values())
 
 
-@pytest.mark.parametrize("name", SHELF)
+@pytest.mark.parametrize("name", MADE_OF_FIBRES)
 def test_filaments_are_as_many_as_the_name_says(name):
     file = read_yaml(RESOURCES / "yarns" / f"{name}.yaml")
     for count in map(int, re.findall(r"f(\d+)$", file["name"])):
@@ -274,7 +274,7 @@ def test_a_scene_knows_the_tex_of_its_last_yarn(knit):
     assert cotton.hash == knit.vary({"yarn.of": "cotton-20tex"}).hash
 
 
-PAGE = (ROOT / "docs" / "notes" / "shelf.md").read_text(encoding="utf-8")
+PAGE = (ROOT / "docs" / "notes" / "yarn_library.md").read_text(encoding="utf-8")
 
 
 def test_the_page_has_the_table_that_list_prints():
@@ -295,7 +295,11 @@ def test_the_yarn_on_the_page_keeps_its_measured_value(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=() if name.startswith("poly") else pytest.mark.full) for name in SHELF]
+    "name",
+    [
+        pytest.param(name, marks=() if name.startswith("poly") else pytest.mark.full)
+        for name in MADE_OF_FIBRES
+    ],
 )
 def test_a_jersey_of_every_yarn_starts(name):
     """Its first increment, at the tightness at which loops begin to jam: 17 diameters of yarn in a loop."""
@@ -473,7 +477,7 @@ def test_a_direction_of_rib_is_claimed_where_four_fifths_of_the_measured_strains
 STRIPES = {"fidelity": "beam", "pattern.rows": 2, "load.lateral": "free"}
 NO_STRIPES = [
     ({"yarn_b.rows": ["a", "c"]}, "must be a list of a and b, the bottom row first"),
-    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: say yarn_b\.of"),
+    ({"yarn_b.rows": ["b"]}, r"there is no yarn b: set yarn_b\.of"),
     ({"yarn_b.youngs_modulus": 1e9, "pattern.rows": 3}, r"pattern\.rows is 3 but must be a multiple of 2"),
     (
         {"yarn_b.diameter": 1e-3, "yarn_b.rows": ["a", "inlay", "inlay"]},
@@ -536,5 +540,5 @@ def test_rows_take_their_yarns_by_turns_and_other_models_refuse_them():
     assert doubled.yarns[1].pressing == 2 * wool["pressing"], "forces are proportional to all stiffnesses"
     with refusal("cells of beams that slide have two yarns"):
         scene.vary({"fidelity": "spline_yarns"})
-    with refusal(r"tex is 30, of one yarn; say yarn\.tex and yarn_b\.tex"):
+    with refusal(r"tex is 30, of one yarn; set yarn\.tex and yarn_b\.tex"):
         fabric_sheet(scene, tex=30.0)

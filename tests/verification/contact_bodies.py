@@ -6,7 +6,7 @@ import numpy as np
 from curves import Straight
 from hexahedral_block import connect, unknowns
 
-from knitstudy.knit.mesh.section import Section, Spacing
+from knitstudy.knit.mesh.section import SectionMesh, Spacing
 from knitstudy.knit.mesh.sweep import Targets, sweep
 from knitstudy.knit.yarns.discretisation import yarn_surfaces
 from knitstudy.mechanics.contact.friction import Coulomb
@@ -47,7 +47,7 @@ def crossed_yarns(core, rings, *, radius=1.0, length=6.0, angle=90.0, gap=0.0):
 
     Elements are as long as they are wide.
     """
-    section, size = Section.butterfly(core, rings), 2 * radius / (core + 2 * rings)
+    section, size = SectionMesh.butterfly(core, rings), 2 * radius / (core + 2 * rings)
     turn = np.radians(angle)
     bodies = []
     for side, along in ((-1, np.array([1.0, 0, 0])), (1, np.array([np.cos(turn), np.sin(turn), 0]))):

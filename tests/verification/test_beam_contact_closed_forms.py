@@ -80,7 +80,7 @@ def at(increments, load):
 def test_friction_and_slip_of_dragged_beams(law, verify):
     """Pressed, dragged along the lower beam and back.
 
-    Slip is the way of the ends less what the beams give way, forwards; less what they give way anew, twice that, back.
+    Slip is the way of the ends less what the beams give way, forwards; less what they give way again, twice that, back.
     Forces follow the pattern of points where the contact is no longer than a few of them: a mean over the way counts.
     Points that part lose their elastic slip, 1.7 % of the way by Hertz (mu delta / share on the length of the patch).
     """

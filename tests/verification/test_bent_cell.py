@@ -19,7 +19,7 @@ from knitstudy.mechanics.beams.contact_points import ContactPoints
 from knitstudy.mechanics.beams.laws import Power, Repulsion
 from knitstudy.mechanics.beams.line_contact import LineContact
 from knitstudy.mechanics.cells.beams import EndlessBeams, EndlessState
-from knitstudy.mechanics.cells.bent import BentBeams, Patch
+from knitstudy.mechanics.cells.bent import BentBeams, BentPatch
 from knitstudy.mechanics.cells.lattice import Lattice
 from knitstudy.mechanics.core.increment import PrescribedDisplacement, Settings
 from knitstudy.mechanics.core.linear import LU, factorise
@@ -123,7 +123,7 @@ def test_straight_yarns_at_an_angle_are_helices(slope, angle, verify):
         return LineContact(*line, period=period), points
 
     flat = EndlessBeams(inner, owner, image, lattice, *contact(yarn, s, period))
-    patch = Patch.around(yarn, s, period, nodes[:-1], lattice.vectors, 2.2 * radius)
+    patch = BentPatch.around(yarn, s, period, nodes[:-1], lattice.vectors, 2.2 * radius)
     model = BentBeams(flat, flat.start(), *contact(patch.yarn, patch.arc_length), patch, along=0)
     model.drag *= 1e-6  # holds loose yarns within increments: none are here
     held = np.append(np.arange(6), model.size - np.array([3, 2, 1]))  # the first node, s, s' and phi
@@ -140,7 +140,7 @@ def test_straight_yarns_at_an_angle_are_helices(slope, angle, verify):
 
 
 @pytest.mark.parametrize("friction", [0.0, 0.4])
-def test_bending_there_and_back_closes_the_ledger_and_a_jersey_curls(soft, friction, monkeypatch):
+def test_bending_there_and_back_balances_energy_and_a_jersey_curls(soft, friction, monkeypatch):
     """Sides of a jersey curl to its back, upper and lower edges to its front: the textbooks' fact."""
     monkeypatch.setattr(bending, "CURVATURE", 100.0)
     monkeypatch.setattr(bending, "STEPS", 3)

@@ -21,7 +21,7 @@ from knitstudy.mechanics.solids.elements import ElementGroup
 from knitstudy.mechanics.solids.elements.hexahedron import QuadraticHexahedron
 from knitstudy.run.configuration import load_scene
 from knitstudy.use.decks.cell import cell_deck
-from knitstudy.use.decks.deck import Deck, Step, specimen_deck
+from knitstudy.use.decks.deck import Deck, DeckStep, specimen_deck
 from knitstudy.use.decks.inp import write_inp
 
 pytestmark = [
@@ -53,7 +53,7 @@ def test_c3d20r_is_the_quadratic_element_here(case, tmp_path):
         element="quadratic",
         material=material,
         hourglass=0.0,
-        steps=(Step({i + 1: move[i] for i in range(3)}, steps),),
+        steps=(DeckStep({i + 1: move[i] for i in range(3)}, steps),),
         tolerance=1e-7,
     )
     write_inp(deck, tmp_path / "bar.inp", "calculix")

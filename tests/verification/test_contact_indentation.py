@@ -7,7 +7,7 @@ from scipy.optimize import brentq
 
 from knitstudy.mechanics.contact.compliance import FAR, LENGTH, PHASE, computed_far_compliance, far_compliance
 from knitstudy.mechanics.contact.cylinders import Cylinders
-from knitstudy.mechanics.contact.indentation import Crossing, indentation
+from knitstudy.mechanics.contact.indentation import CylinderContact, indentation
 from knitstudy.mechanics.contact.interaction import Contact
 from knitstudy.mechanics.contact.solid import SolidModel
 from knitstudy.mechanics.core.cylinder import ACROSS, ALONG, NORMAL
@@ -69,14 +69,18 @@ class CrossedYarns:
 
 def converged(angle, poisson, approach):
     """Force of the converged solid: Hertz's indentation, and what yarns give way besides."""
-    hertz, elastic, beyond = Crossing.at(np.radians(angle)), 0.5 / (1 - poisson**2), far_compliance(poisson)
+    hertz, elastic, beyond = (
+        CylinderContact.at(np.radians(angle)),
+        0.5 / (1 - poisson**2),
+        far_compliance(poisson),
+    )
     return brentq(lambda p: hertz.approach * (p / elastic) ** (2 / 3) + 2 * beyond * p - approach, 0, 1)
 
 
 def stuck(angle, poisson, approach, slide):
     """Force (2,) of the converged solid, pressed and then slid (2,) while it sticks: Mindlin's share, and the yarns."""
     turn, force = np.radians(angle), converged(angle, poisson, approach)
-    local = Crossing.at(turn).approach * (force / (0.5 / (1 - poisson**2))) ** (2 / 3) / (1.5 * force)
+    local = CylinderContact.at(turn).approach * (force / (0.5 / (1 - poisson**2))) ** (2 / 3) / (1.5 * force)
     compliance = 0.5 * (2 - poisson) / (1 - poisson) * local * np.eye(2)
     for axis in ([1.0, 0.0], [np.cos(turn), np.sin(turn)]):
         along = np.outer(axis, axis)

@@ -32,7 +32,7 @@ def soft():
 
 @pytest.mark.parametrize("deformation", ["wale", "shear"])
 def test_a_cell_that_nothing_resists_yet_is_said_to_be_slack(deformation):
-    """Yarns drawn apart by 0.2 um: until they touch, drag alone has energy, 1e-18 J, and its ledger ends no run."""
+    """Yarns drawn apart by 0.2 um: until they touch, drag alone has energy, 1e-18 J, which ends no run."""
     drawn = Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1)
     scene = CellOfBeams(
         pattern=drawn,
@@ -76,7 +76,7 @@ def test_a_rest_without_friction_does_not_depend_on_friction(soft):
     assert abs(held.attrs["cell_height"] / rest.attrs["cell_height"] - 1) > 1e-3
 
 
-def test_a_cycle_dissipates_and_closes_the_ledger(soft):
+def test_a_cycle_dissipates_and_balances_energy(soft):
     scene, geometry, rest = soft
     turned = scene.vary({"load.strain": 0.3, "load.turns": [0.3, 0.05], "solver.increments": 40})
     history = simulate(turned, geometry, rest=rest)

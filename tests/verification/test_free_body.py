@@ -4,7 +4,7 @@ import numpy as np
 from contact_bodies import MODULUS, back, drive, law, reaction, together, yarn
 from curves import Straight
 
-from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.section import SectionMesh
 from knitstudy.mechanics.core.increment import Settings
 from knitstudy.mechanics.core.linear import LU
 from knitstudy.mechanics.core.load_path import trace
@@ -18,7 +18,7 @@ class Stack:
     """A free yarn along y between two held ones below it and two driven ones above it, a gap apart from each."""
 
     def __init__(self, friction=np.inf):
-        section, rise = Section.butterfly(3, 1), 2 * RADIUS + GAP
+        section, rise = SectionMesh.butterfly(3, 1), 2 * RADIUS + GAP
         across = [(y, z) for z in (-rise, rise) for y in (-1.5, 1.5)]
         curves = [Straight(4.0, (-2.0, y, z)) for y, z in across]
         curves.append(Straight(6.0, (0, -3.0, 0), (0, 1.0, 0)))

@@ -1,4 +1,4 @@
-"""Direct simulation of knits, tied and sliding: ledgers, Newton's method, stabilisation, discs of ties."""
+"""Direct simulation of knits, tied and sliding: energy balance, Newton's method, stabilisation, discs of ties."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from knitstudy.knit.geometry.lay_out import lay_out
 from knitstudy.knit.loading.run import IN_MEMORY
 from knitstudy.knit.mesh.mesher import mesh_scene, sampled_sections
 from knitstudy.knit.simulate import build, solve
-from knitstudy.measures.response import ledger_gap
+from knitstudy.measures.response import energy_gap
 from knitstudy.mechanics.core.batches import VARIABLE
 from knitstudy.mechanics.core.increment import Settings
 from knitstudy.mechanics.core.linear import LU
@@ -45,9 +45,9 @@ def cell(scene):
     return scene.vary(CELL | {"mesh.size": max(scene.mesh.size, 0.5)})
 
 
-def test_ledger_of_energies(scene, full, verify):
+def test_energy_balance(scene, full, verify):
     count = 12 if full else 4
-    gap, finer = (ledger_gap(pull(scene.replace("solver.increments", n))) for n in (count, 2 * count))
+    gap, finer = (energy_gap(pull(scene.replace("solver.increments", n))) for n in (count, 2 * count))
     verify.at_most("tied knit: ledger of energies over external work", gap, 0.01)
     verify.at_most("tied knit: the same with twice the increments, ratio", finer / gap, 0.5, "1/4")
 
@@ -95,11 +95,11 @@ def history(sliding):
         return pull(sliding)
 
 
-def test_ledger_of_energies_of_sliding_yarns(history, sliding, verify):
+def test_energy_balance_of_sliding_yarns(history, sliding, verify):
     assert history["contact_slip"].max() > 1e-2 * sliding.metres("mesh.size"), (
         "the cases here are about sliding"
     )
-    verify.at_most("sliding knit: ledger of energies over external work", ledger_gap(history), 0.01)
+    verify.at_most("sliding knit: ledger of energies over external work", energy_gap(history), 0.01)
     end = history["energy"].isel(increment=-1)
     assert end.sel(form="friction") > 0.05 * end.sel(form="external")
 
@@ -116,7 +116,7 @@ def test_work_of_stabilisation_is_booked(stabilised, verify):
     assert (np.diff(strong)[:-1] > 0).all()
     assert strong[-1] == strong[-2]
     verify.within("stabilisation: its work over that of a tenth of it", strong[-1] / weak[-1], 10, 0.05)
-    verify.at_most("stabilised knit: ledger of energies over external work", ledger_gap(stabilised[0]), 0.01)
+    verify.at_most("stabilised knit: ledger of energies over external work", energy_gap(stabilised[0]), 0.01)
 
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "load.strain": 5e-4, "solver.increments": 1}

@@ -1,7 +1,8 @@
-"""Kept tables speak of the code that is there: their cheapest rows, made again, say the same.
+"""Committed tables agree with the present code: their cheapest rows, made again, are the same.
 
 A table is older than the physics as soon as a byte of it changes, and only rows that are made again say whether that
-matters. Tables of studies take hours (`make kept`); each check here takes seconds, predictions of fabrics two minutes.
+matters. Tables of studies take hours (`make committed-tables`); each check here takes seconds, predictions of fabrics
+two minutes.
 """
 
 from pathlib import Path
@@ -19,7 +20,7 @@ from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.measures.response import FORCE, at_strain
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, strip_of
 from knitstudy.run.advice import TRADE_KEPT
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import Inputs, load_trade
 from knitstudy.run.configuration import CONFIG, load_scene
 from knitstudy.run.plan import Plan
@@ -85,7 +86,7 @@ def trade():
     )
     row = table[of].iloc[0]
     case = next(each for each in trade.cases() if str(each) == row["case"])
-    problem = Problem(trade.scene(case, Inputs.of_row(row), row["knit"]), trade)
+    problem = PhysicalProblem(trade.scene(case, Inputs.of_row(row), row["knit"]), trade)
     record = run(problem, "yarns-coarse", Path("run"))
     yield row["value [SI]"], record["values"][row["quantity"]]
 
@@ -96,8 +97,8 @@ def networks():
     kind = {"sweep": "bending and torsion", "value": 1.8, "interaction": "tie", "joint": "rigid"}
     row = table[(table[list(kind)] == pd.Series(kind)).all(axis=1)].iloc[0]
     made = mechanisms.Networks()
-    anew = made.pull(made.base, kind["interaction"], kind["joint"], mechanisms.Stiffness())
-    for quantity, value in anew.items():
+    again = made.pull(made.base, kind["interaction"], kind["joint"], mechanisms.Stiffness())
+    for quantity, value in again.items():
         yield row[quantity], value
 
 
@@ -116,7 +117,7 @@ STALE = {
     "swatches": "widths of beams at rest: yarns are smooth where they touch, and a rest is stable",
     "extremes": "forces of beams in contact move by 1e-3: yarns are smooth where they touch",
 }
-"""Kept tables of which these rows say something else today, and why; a release makes them again."""
+"""Committed tables of which these rows differ with the present code, and why; a release makes them again."""
 
 
 @pytest.mark.parametrize(
@@ -131,8 +132,8 @@ STALE = {
 def test_the_cheapest_rows_are_made_again(name):
     pairs = list(CHECKS[name]())
     assert pairs, f"resources/{TARGETS[name][0]}: none of its rows was made again"
-    for kept, anew in pairs:
-        assert anew == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
+    for kept, again in pairs:
+        assert again == pytest.approx(kept, rel=SAME), f"older than the physics: run `make {name}` and commit"
 
 
 @pytest.mark.full  # two minutes

@@ -1,4 +1,4 @@
-"""Rods, and the book of knots, `examples/knots`, on coarse meshes; `make knots` runs it in full."""
+"""Rods, and the rod benchmarks, `examples/knots`, on coarse meshes; `make knots` runs it in full."""
 
 import ast
 from importlib import import_module
@@ -12,7 +12,7 @@ from knitstudy.errors import ConfigurationError, ConvergenceError
 from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.rods import CLAMPED, FREE, PINNED, End, Rods
 
-BOOK = Path(__file__).resolve().parents[2] / "examples" / "knots"
+BENCHMARKS = Path(__file__).resolve().parents[2] / "examples" / "knots"
 SECTION = BeamSection(EA=4e6, kGA=1.5e6, EI=1.0, GJ=0.77)
 LINE = np.linspace(0, 1, 17)[:, None] * [1, 0, 0]
 
@@ -30,7 +30,7 @@ CHEAP = {
 
 def test_the_table_has_every_benchmark():
     """Made by `make knots`; theory is met within 3 %, or the page says why not."""
-    table = pd.read_csv(BOOK.parents[1] / "resources" / "benchmarks.csv")
+    table = pd.read_csv(BENCHMARKS.parents[1] / "resources" / "benchmarks.csv")
     assert table.benchmark.nunique() >= 10
     close = table.error.abs() <= 0.03
     assert close.groupby(table.benchmark).any().sum() >= 8
@@ -38,7 +38,7 @@ def test_the_table_has_every_benchmark():
 
 @pytest.mark.parametrize("name", CHEAP)
 def test_benchmark(name, monkeypatch):
-    monkeypatch.syspath_prepend(BOOK)
+    monkeypatch.syspath_prepend(BENCHMARKS)
     meshes, bar = CHEAP[name]
     rows = import_module(name).main(meshes=meshes)
     assert rows.error.abs().max() <= bar
@@ -46,7 +46,7 @@ def test_benchmark(name, monkeypatch):
 
 def test_braids_have_the_friction_of_both_theories(monkeypatch):
     """0.492 for one turn (Audoly et al. 2007), and what a turn of a long braid adds (Jawed et al. 2015)."""
-    monkeypatch.syspath_prepend(BOOK)
+    monkeypatch.syspath_prepend(BENCHMARKS)
     braid = import_module("braid")
     friction = [braid.braid(turns).friction for turns in (1, 2, 3)]
     assert friction[0] == pytest.approx(0.492, abs=2e-3)
@@ -56,7 +56,7 @@ def test_braids_have_the_friction_of_both_theories(monkeypatch):
 @pytest.mark.parametrize(("turns", "friction"), [(1, 0.0), (1, 0.1), (3, 0.1)])
 def test_a_loose_knot_tends_to_its_leading_terms(turns, friction, monkeypatch):
     """F / k^2 = 1 / 2 + friction / e, on a loop that is a circle."""
-    monkeypatch.syspath_prepend(BOOK)
+    monkeypatch.syspath_prepend(BENCHMARKS)
     e, braid = 1e-4, import_module("braid").braid(turns)
     knot = import_module("loose").knot(turns, e**2, friction)
     assert knot.force == pytest.approx(e**4 / 2 + friction * braid.friction * e**3, rel=0.015)
@@ -65,7 +65,9 @@ def test_a_loose_knot_tends_to_its_leading_terms(turns, friction, monkeypatch):
 
 def test_every_benchmark_is_one_short_documented_function():
     """`main` of at most 60 lines, through the public interface."""
-    benchmarks = [path for path in BOOK.glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")]
+    benchmarks = [
+        path for path in BENCHMARKS.glob("*.py") if "\ndef main(" in path.read_text(encoding="utf-8")
+    ]
     assert len(benchmarks) >= len(CHEAP)
     for path in benchmarks:
         (main,) = [
@@ -103,7 +105,7 @@ def test_rods_that_slide_lose_their_work_whatever_the_increment(steps, monkeypat
     Points come into contact and leave it; the work of those that part, and of the traction in the balanced state, was
     left out: 1 and 6 % of the force were missing.
     """
-    monkeypatch.syspath_prepend(BOOK)
+    monkeypatch.syspath_prepend(BENCHMARKS)
     hertz = import_module("hertz")
     rods, way = hertz.rigid(90, 0.04, hertz.MU), 0.2 * np.array([np.cos(0.5), np.sin(0.5), 0])
     pressed = hertz.moved(rods, (0, 0, -hertz.DEEP), 4)[-1]
@@ -121,7 +123,7 @@ def test_rods_that_slide_lose_their_work_whatever_the_increment(steps, monkeypat
 
 def test_increments_of_rods_are_short_enough_for_the_balance_of_energies(monkeypatch):
     """Rods that stick at first: in five increments energies exceed the work by 5 %; a path takes more of them."""
-    monkeypatch.syspath_prepend(BOOK)
+    monkeypatch.syspath_prepend(BENCHMARKS)
     hertz = import_module("hertz")
     rods, way = hertz.rigid(90, 0.04, hertz.MU), (0.05, 0.02, 0)
     pressed = hertz.moved(rods, (0, 0, -hertz.DEEP), 4)[-1]

@@ -110,9 +110,9 @@ def test_systems_of_sliding_yarns_take_few_iterations(plain_scene, knit_of, veri
             super().use(system)
 
         def solve(self, rhs, tolerance):
-            anew = Krylov(self.preconditioner)
-            anew.use(self.system)
-            counts.append(anew.solve(rhs, 1e-3).iterations)
+            again = Krylov(self.preconditioner)
+            again.use(self.system)
+            counts.append(again.solve(rhs, 1e-3).iterations)
             return super().solve(rhs, tolerance)
 
     solver = Counted(problem.solver.preconditioner)

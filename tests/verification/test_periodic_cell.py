@@ -171,5 +171,5 @@ def test_degrees_of_solid_yarns_agree_where_legs_touch(verify):
 
 def test_tied_yarns_that_pass_through_each_other_are_refused():
     scene = load_scene("cell-biaxial").vary({"load.strain": 0.3})
-    with refusal(r"yarns pass 0\.\d+ radii through each other; gates.overlap"):
+    with refusal(r"yarns overlap by 0\.\d+ radii; the limit gates.overlap"):
         simulate(scene, lay_out(scene))

@@ -201,8 +201,8 @@ def jersey():
 def test_without_friction_energy_is_the_work_of_the_pressure(jersey):
     """The plates get it back."""
     history = simulations.simulate(jersey.vary({"load.turns": [0.12], "load.strain": 0.01})).history
-    ledger = history.energy
-    work, stored = ledger.sel(form="external").values, ledger.values[:, 1:].sum(axis=1)
+    energy = history.energy
+    work, stored = energy.sel(form="external").values, energy.values[:, 1:].sum(axis=1)
     assert history.pressure.values.max() > 1e4
     assert stored == pytest.approx(work, abs=0.02 * work.max())
     assert abs(work[-1]) < 0.02 * work.max()

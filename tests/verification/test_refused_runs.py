@@ -127,7 +127,7 @@ def test_energy_of_a_penalty_is_what_it_takes_from_the_force(verify, monkeypatch
     verify.within(
         "pressed pair, stiffness E / h: energy of the penalty over the force lost", share / lost, 1.0, 0.3
     )
-    text = {each.name: each.value for each in summarise(soft)}["loosened"]
+    text = {each.name: each.value for each in summarise(soft)}["relaxed limits"]
     assert "gates.hourglass 1 instead of 0.05" in text
     assert "gates.elements_across 2.5 instead of 7" in text
 

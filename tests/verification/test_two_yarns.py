@@ -319,7 +319,7 @@ def test_stripes_carry_more_than_the_soft_yarn_and_at_most_the_mean_of_both(way)
     assert other == pytest.approx(first, rel=1e-5)  # tolerance of balance, which friction remembers
 
 
-def test_a_thinner_second_yarn_makes_a_slacker_fabric_that_closes_its_ledger():
+def test_a_thinner_second_yarn_makes_a_slacker_fabric_that_balances_its_energy():
     """Friction loses energy in every increment; the sum of all forms is the work."""
     history = ends_of({"yarn_b.diameter": 0.18e-3, "load.strain": 0.06, "solver.increments": 8})
     external, *others = history.energy.values[-1]

@@ -74,7 +74,7 @@ def history(folder):
 
 
 def end_on_the_way(process, restart, end):
-    """End a command by a signal once it has written a restart file anew; return its status and its messages."""
+    """End a command by a signal once it has written a restart file again; return its status and its messages."""
     before = {path: path.stat().st_mtime_ns for path in restart.glob("*.npz")}
     with process:
         while process.poll() is None:
@@ -203,7 +203,7 @@ def test_a_link_in_the_place_of_the_lock_is_refused(knitstudy, tmp_path):
     (tmp_path / "run" / "study.lock").symlink_to(tmp_path / "elsewhere")
     ended = knitstudy("study", "ci", "--", "results/geometry/pair90.nc")
     assert ended.returncode == 1
-    assert ended.stderr == "error: run/study.lock: is no regular file, and is not written to; delete it\n"
+    assert ended.stderr == "error: run/study.lock: is not a regular file, and is not written to; delete it\n"
     assert not (tmp_path / "elsewhere").exists()
 
 

@@ -88,7 +88,7 @@ def test_killed_cancelled_and_without_memory(own, jobs):
     if re.search("^TaskPlugin .*cgroup", output_of("scontrol", "show", "config"), flags=re.MULTILINE):
         assert jobs("%m")[-2:] == ["330M", "660M"]
     for path in (ONE, FOUR):
-        again = own.run("-m", "knitstudy", "run", path, "--anew")
+        again = own.run("-m", "knitstudy", "run", path, "--force")
         assert "to the last bit" in again.stderr, again.stdout + again.stderr
 
 

@@ -23,7 +23,7 @@ if SOURCE.is_dir():
 os.environ.update(PYTHONSAFEPATH="1")
 
 from knitstudy.errors import KnitstudyError, printable_lines
-from knitstudy.registry import load_plugins, wings
+from knitstudy.registry import load_plugins, optional_packages
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES

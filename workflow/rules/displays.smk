@@ -85,7 +85,7 @@ def data_of_report(wildcards):
 
 @cache
 def notes():
-    """Return what the report says of scenes that are left out, and of tables that were kept from others than today's."""
+    """Return what the report says of scenes that are left out, and of committed tables whose scenes or rules have changed since."""
     from knitstudy.run.catalogue import reference_files
     from knitstudy.paper.report import age_warnings
 

@@ -70,7 +70,7 @@ def require_resolution(scene: Scene, fabric: Fabric) -> str:
         one = plain_knit(fabric.loop, fabric.loop.columns, fabric.loop.rows)
         mesh_fabric(one, size, GROWTH, scene.mesh.refinement)
         return f"{2 / size:.3g} elements across a yarn"
-    return "nothing more is judged before a run"
+    return "no further checks before a run"
 
 
 def solve(scene: Scene, fabric: Fabric, run: Run = IN_MEMORY, **data: Any) -> xr.Dataset:

@@ -23,7 +23,7 @@ from knitstudy.knit.contacts.segments import KINDS, NO_SEGMENT, Segments, segmen
 from knitstudy.knit.geometry.columns import STRESSES
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.section import SectionMesh
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.hexahedra.build import divide
@@ -141,7 +141,7 @@ def _layers(
     yarn: YarnSpace,
     nodes: tuple[Floats, Floats],
     breaks: Floats,
-    section: Section,
+    section: SectionMesh,
     material: Material,
 ) -> tuple[Floats, ...]:
     """Return integral (k e, 3, 3), volume (k e,), middle and deformed middle (k e, 3) of the cells of k layers."""
@@ -163,7 +163,7 @@ def _layers(
     return summed(after[..., None, None] * stress), volume, middle, now
 
 
-def _section_points(section: Section) -> tuple[Floats, Floats]:
+def _section_points(section: SectionMesh) -> tuple[Floats, Floats]:
     """Return four points (4 e, 2) in every quad of a section, quad by quad, and their areas (4 e,), over the radius."""
     u, v = (grid.ravel() for grid in np.meshgrid(GAUSS, GAUSS, indexing="ij"))
     signs = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])

@@ -66,7 +66,7 @@ def of_yarn(numbers: Iterable[Quantity], scene: Scene) -> list[Quantity]:
 
 
 def yarn_in_a_stitch(geometry: xr.Dataset, stitches: int) -> float:
-    """Return the mean length of yarn in a stitch [m] of a cell of an endless knit, of so many stitches."""
+    """Return the mean length of yarn in a stitch [m] of an endless knit, whose cell has a number of stitches."""
     lines = fabric_of(geometry).centrelines[:-1]
     return sum(line.length for line in lines) / stitches
 

@@ -189,7 +189,7 @@ def common_limit(limits: Sequence[Limit]) -> Common:
 
 
 def _unexplained(value: np.ndarray, variance: np.ndarray) -> float:
-    """Return the variance to add to all (n,) so that the values (n,) scatter as their variances say."""
+    """Return the variance to add to all variances (n,) that explains the scatter of the values (n,)."""
 
     def excess(added: float) -> float:
         weight = 1 / (variance + added)

@@ -118,7 +118,7 @@ def reference_of(table: pd.DataFrame, scene: Scene) -> Reference:
         )
     except ValueError as error:
         raise DataFileError(
-            f"the reference holds a value that is no number ({error}); make it again with `make reference`"
+            f"the reference holds a value that is not a number ({error}); make it again with `make reference`"
         ) from error
 
 

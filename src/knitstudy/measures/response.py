@@ -176,21 +176,21 @@ QUANTITIES: dict[str, tuple[str, Values]] = {
 }
 
 
-# ---- Energy ledger, artificial energies and penetration of a history that has ended
+# ---- Energy balance, artificial energies and penetration of a history that has ended
 
 OF_FINAL = 0.01  # Energies are compared where the internal energy is this share of its final value or more
 
 
-def ledger_gaps(history: xr.Dataset) -> np.ndarray:
+def energy_gaps(history: xr.Dataset) -> np.ndarray:
     """Return the difference of external work and all stored energies, over the largest external work (I,)."""
     energy = history["energy"]
     external = energy.sel(form="external")
     return (np.abs(2 * external - energy.sum("form")) / np.abs(external).max()).to_numpy()
 
 
-def ledger_gap(history: xr.Dataset) -> float:
-    """Return the largest gap of the ledger (`ledger_gaps`)."""
-    return float(ledger_gaps(history).max())
+def energy_gap(history: xr.Dataset) -> float:
+    """Return the largest gap of the energy balance (`energy_gaps`)."""
+    return float(energy_gaps(history).max())
 
 
 def hourglass_share(history: xr.Dataset, form: str = "hourglass") -> float:

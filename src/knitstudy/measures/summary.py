@@ -25,7 +25,7 @@ ATTRIBUTES = {
     "fidelity": "",
     "interaction": "",
     "incomplete": "",
-    "loosened": "",
+    "relaxed_limits": "",
     "slack": "",
     "unstable": "",
     "dof": "1",
@@ -70,7 +70,7 @@ def summarise(dataset: xr.Dataset) -> list[Quantity]:
 
 
 def require_layout(dataset: xr.Dataset, kind: str) -> None:
-    """Check that the variables of a dataset are laid out as those of its kind.
+    """Check that the variables of a dataset have the dimensions of its kind.
 
     Raises DataFileError naming the variable, its layout and the required one.
     """
@@ -136,7 +136,7 @@ def stability_of_rest(dataset: xr.Dataset) -> list[Quantity]:
         return []
     numbers = [Quantity("lowest stiffness of the shape at rest", float(known["lowest_stiffness"]), "N/m")]
     if known["saddles"]:
-        numbers.append(Quantity("saddles left on the way to rest", int(known["saddles"]), "1"))
+        numbers.append(Quantity("saddles left during relaxation", int(known["saddles"]), "1"))
         numbers += [
             Quantity(f"change of {size} from the first saddle", 100 * float(change), "%")
             for size, change in zip(

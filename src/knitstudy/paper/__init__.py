@@ -1,8 +1,8 @@
-"""The paper: its figures, tables, claims and report. Removable; nothing imports this room."""
+"""The paper: its figures, tables, claims and report. Optional: no other package imports it."""
 
-from knitstudy.registry import Wing
+from knitstudy.registry import OptionalPackage
 
-WING = Wing(
+OPTIONAL_PACKAGE = OptionalPackage(
     figures="knitstudy.paper.figures",
     tables="knitstudy.paper.tables",
     report="knitstudy.paper.report",

@@ -32,7 +32,7 @@ from knitstudy.paper.scene_names import (
     of_case,
     of_cases,
 )
-from knitstudy.run.catalogue import Results
+from knitstudy.run.catalogue import StageResults
 
 MODELS = of_cases(CASES, (*SOLIDS, *OTHER_SOLIDS, *BEAM_MODELS, *REDUCED))  # Names of all simulations
 
@@ -140,7 +140,7 @@ def cases_of(rows: Rows, reference: pd.DataFrame) -> Iterator[Case]:
     simulated = {name: row.scene for name, row in rows.items() if "simulation" in row.results}
 
     def taken(case: str, names: Iterable[str], several: bool = True) -> tuple[Simulation, ...]:
-        results = Results("simulation", of_case(case, names), several)
+        results = StageResults("simulation", of_case(case, names), several)
         return tuple(rows[scene.name] for scene in results.scenes(simulated))
 
     for case in CASES:

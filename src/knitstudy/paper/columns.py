@@ -23,7 +23,7 @@ from knitstudy.run.catalogue import Datasets, Scenes
 
 @dataclass(frozen=True, eq=False)
 class Simulation:
-    """A scene with its results by stage: a row of a table, whose cells are computed when they are asked for."""
+    """A scene with its results by stage: a row of a table, whose cells are computed on access."""
 
     scene: Scene
     results: Datasets

@@ -36,7 +36,7 @@ BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for eac
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
 DIGITS = 4
-ATTRIBUTES = ("scene", "loosened", "digest", *VERSIONS)  # of data files
+ATTRIBUTES = ("scene", "relaxed_limits", "digest", *VERSIONS)  # of data files
 
 
 def render(
@@ -82,7 +82,7 @@ def render(
                 entry["title"] += " (of the full study)"
     opening = captions["opening"]
 
-    def said(part: str) -> list[str]:
+    def filled(part: str) -> list[str]:
         texts = (_filled(environment, f"sentence {text!r}", text) for text in opening[part])
         return [text for text in texts if NOTHING not in text]
 
@@ -93,8 +93,8 @@ def render(
         asked=opening["asked"],
         counted=counted(results["verdicts"] if kept is None else kept, results["verdicts"]) if claims else "",
         turning=turning[0],
-        pulled=said("pulled"),
-        sentences=said("sentences"),
+        pulled=filled("pulled"),
+        sentences=filled("sentences"),
         first=next((figures[name] for name in opening["pictures"] if name in figures), None),
         figures=[figures[name] for name in FIGURES.names() if name in figures],
         tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
@@ -280,7 +280,7 @@ class ScreenPicture:
                 shown = image.convert("RGB")
                 texts = dict(image.info)
         except (OSError, UnidentifiedImageError) as error:
-            message = f"{path}: is no picture ({error}); make it again with `make study`"
+            message = f"{path}: is not a picture ({error}); make it again with `make study`"
             raise DataFileError(message) from error
         width, height = shown.size
         millimetres = 25.4 * width / float(texts.get("dpi", (300.0,))[0])
@@ -313,7 +313,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
     return page_of(deformed(geometry, history, scene.radius), title, CORNERS), scene
 
 
-# ---- Warnings where tables that ``benchmarks/keep.py`` keeps are of other scenes or rules than today's
+# ---- Warnings about committed tables (``benchmarks/keep.py``) whose scenes or rules have changed since
 
 VERDICTS = RESOURCES / "verdicts.csv"  # of the full study
 FULL_SCENES = RESOURCES / "full" / "scenes.csv"  # behind these verdicts
@@ -321,7 +321,7 @@ REFERENCE_VALUES = RESOURCES / "reference" / "reference_values.csv"  # behind th
 
 
 def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> list[str]:
-    """Return what has changed since verdicts and reference were kept; `claims` is the table of today's rules.
+    """Return what has changed since verdicts and reference were committed; `claims` is the table of present rules.
 
     Code does not count: ``tests/regression`` fails where it changes numbers. What came later does not count either: its
     claims are not yet run.
@@ -340,16 +340,19 @@ def age_warnings(scenes: Mapping[str, Scene], config: Path, claims: Path) -> lis
     return [warning for warning in warnings if warning]
 
 
-def age_warning(kept: Path, column: str, today: Mapping[str, str], what: str, target: str) -> str:
-    """Return a warning where a column of a kept table differs from today's, by its first column; else an empty text.
+def age_warning(kept: Path, column: str, present: Mapping[str, str], what: str, target: str) -> str:
+    """Return a warning if a column of a committed table has changed since, by its first column; else an empty text.
 
-    `what` names the kept rows in the plural, `target` is the target of make for them.
+    `what` names the committed rows in the plural, `target` is their target of make.
     """
     table = read_table(kept, needs=(column, "made"))
-    changed = table[table[table.columns[0]].map(today) != table[column]]
+    changed = table[table[table.columns[0]].map(present) != table[column]]
     if changed.empty:
         return ""
     days = ", ".join(sorted(set(changed["made"].astype(str))))
     first, *more = dict.fromkeys(changed[changed.columns[0]])
     which = f"{first} and {len(more)} more" if more else first
-    return f"{what} were kept on {days}; changed since then: {column} of {which}; `make {target}` makes them anew."
+    return (
+        f"{what} were committed on {days}; changed since then: {column} of {which}; "
+        f"`make {target}` makes them again."
+    )

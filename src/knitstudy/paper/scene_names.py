@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from knitstudy.knit.scene.kinds import Model
-from knitstudy.run.catalogue import Results, one
+from knitstudy.knit.scene.kinds import FidelityModel
+from knitstudy.run.catalogue import StageResults, one
 
 # The paper's words
 INTERACTIONS = {"tie": "tie constraint", "rough": "rough contact", "isotropic": "isotropic friction"}
@@ -38,7 +38,7 @@ SQUARES = (
 )
 
 
-def model_name(model: Model) -> str:
+def model_name(model: FidelityModel) -> str:
     """Return what the paper calls a model; of a plugin's model its meaning."""
     return "DNS" if model.solid else MODEL_NAMES.get(model.name, model.meaning)
 
@@ -53,16 +53,16 @@ def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name.format(case=case) for case in cases for name in names)
 
 
-def solid(stage: str, case: str) -> Results:
+def solid(stage: str, case: str) -> StageResults:
     """Return the result of the direct simulation of a case that the others are compared with."""
     return one(stage, *of_case(case, SOLIDS))
 
 
-def of_solid(case: str, *arguments: str) -> dict[str, Results]:
+def of_solid(case: str, *arguments: str) -> dict[str, StageResults]:
     """Return the results of the direct simulation of a case by stage, "dns" for the history."""
     return {name: solid("simulation" if name == "dns" else name, case) for name in arguments}
 
 
-def network(fidelity: str, case: str, optional: bool = False) -> Results:
+def network(fidelity: str, case: str, optional: bool = False) -> StageResults:
     """Return the history of the main reduced model of a case, "rom3d" or "rom2d"."""
     return one("simulation", *of_case(case, NETWORKS[fidelity]), optional=optional)

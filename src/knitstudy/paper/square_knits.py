@@ -17,7 +17,7 @@ from numpy.polynomial import Polynomial
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.specimens import KNITS
 from knitstudy.knit.mesh.mesher import slices_of
-from knitstudy.knit.mesh.section import GROWTH, Section
+from knitstudy.knit.mesh.section import GROWTH, SectionMesh
 from knitstudy.knit.models.rom2d.build import planar_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
 from knitstudy.knit.yarns.network import spatial_network
@@ -153,7 +153,7 @@ def counted_solids(knit: Fabric, mesh: Any, paper: pd.DataFrame) -> tuple[Counte
     Counts are a n^2 + b n: n x n cells have n^2 times the yarn of a cell, in 3 n pieces. The paper's solver adds
     c n (n - 2) unknowns for the rows in contact; penalties add none.
     """
-    section = Section.for_size(2, mesh.size)
+    section = SectionMesh.for_size(2, mesh.size)
     slices = law_of(lambda fabric: slices_of(fabric, mesh.size, GROWTH), knit)
     touching = Polynomial([0, -2, 1])
     solid = 3 * section.size * slices

@@ -1,6 +1,6 @@
 """Figures and tables: functions that register themselves with the results of named scenes that they are made from.
 
-One file makes one figure or table of the paper: a module of a wing's package of figures or tables, or one from
+One file makes one figure or table of the paper: a module of the figures or tables of an optional package, or one from
 outside that the configuration names under ``plugins``, whose function is decorated with ``FIGURES.add`` or
 ``TABLES.add``. A study makes the figures and tables whose scenes it has.
 """
@@ -22,7 +22,7 @@ from knitstudy.datasets import file_digest
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import RESOURCES, base_of
 from knitstudy.knit.scene.scene import Scene, digest
-from knitstudy.registry import Registry, wings
+from knitstudy.registry import Registry, optional_packages
 from knitstudy.run.code_digest import MODEL, code_digest
 from knitstudy.run.plan import Plan, Step
 from knitstudy.run.stages import STAGES
@@ -37,7 +37,7 @@ Scenes = Mapping[str, Scene]  # by name
 
 
 @dataclass(frozen=True)
-class Results:
+class StageResults:
     """Results of one stage that a figure or table is made from."""
 
     stage: str  # "geometry", "mesh", "simulation", "contacts" or "stress"
@@ -67,14 +67,14 @@ def _pattern(names: tuple[str, ...]) -> re.Pattern[str]:
     return re.compile("|".join(map(translate, names)))
 
 
-def one(stage: str, *names: str, optional: bool = False) -> Results:
+def one(stage: str, *names: str, optional: bool = False) -> StageResults:
     """Return the result of the first of some scenes that a study has."""
-    return Results(stage, names, optional=optional)
+    return StageResults(stage, names, optional=optional)
 
 
-def several(stage: str, *patterns: str, **attributes: Any) -> Results:
-    """Return the results of all scenes whose names match a pattern; keywords are attributes of `Results`."""
-    return Results(stage, patterns, several=True, **attributes)
+def several(stage: str, *patterns: str, **attributes: Any) -> StageResults:
+    """Return the results of all scenes whose names match a pattern; keywords are attributes of `StageResults`."""
+    return StageResults(stage, patterns, several=True, **attributes)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Display:
     title: str  # with the number in the paper
     make: Callable[..., Any]  # function that draws the figure or builds the table
     # Arguments of the function that are results: a Dataset, or several by the names of their scenes
-    results: Mapping[str, Results] = field(default_factory=dict)
+    results: Mapping[str, StageResults] = field(default_factory=dict)
     # Other arguments of the function: files by the names of `reference_files`
     files: tuple[str, ...] = ()
     # Arguments that are other tables of the study, by their names
@@ -150,8 +150,8 @@ class Catalogue(Registry[Display]):
         return display.make(**{name: sources[name] for name in display.takes if name in sources})
 
 
-FIGURES = Catalogue("figure", "".join(wing.figures for wing in wings()))
-TABLES = Catalogue("table", "".join(wing.tables for wing in wings()))
+FIGURES = Catalogue("figure", "".join(package.figures for package in optional_packages()))
+TABLES = Catalogue("table", "".join(package.tables for package in optional_packages()))
 
 
 # What a study can make of them
@@ -220,7 +220,7 @@ class Displays:
             return {argument: known[argument] for argument in display.takes if argument in known}
         return None
 
-    def _steps(self, results: Results) -> list[Step]:
+    def _steps(self, results: StageResults) -> list[Step]:
         """Return the results that the study has, of scenes that have the stage."""
         scenes = results.scenes(self.study)
         stage = STAGES[results.stage]

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaul
 from knitstudy.knit.scene.scene import Scene, flat, set_dotted
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 from knitstudy.run.sources import Source
 
@@ -72,15 +72,15 @@ def load_scenes(config: Path = CONFIG) -> dict[str, Scene]:
     Raises ConfigurationError, naming file, scene, key, value and the allowed values.
     """
     default_keys(config)  # errors in the defaults name the defaults
-    scenes = dict(scenes_at_need(config)[0])
+    scenes = dict(lazy_scenes(config)[0])
     check_together(scenes.values(), scenes, knits_of(scenes), config)
     return scenes
 
 
-def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
-    """Return the scenes of a configuration by name, and the first correct one of every knit or pair by its label.
+def lazy_scenes(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str, Scene]]:
+    """Return the scenes of a configuration by name, and the first correct scene of every knit or pair by its label.
 
-    Every scene is read and checked when it is asked for: jobs and commands need few of hundreds.
+    A scene is read and checked on first access: jobs and commands need few of hundreds.
     """
     members, defaults = load_families(config), layered_defaults(config)
 
@@ -98,11 +98,11 @@ def scenes_at_need(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[
     of_knit: dict[str, list[str]] = {}
     for name, member in members.items():
         of_knit.setdefault(str(member.keys.get("knit")), []).append(name)
-    return AtNeed({name: name for name in members}, read), AtNeed(of_knit, first)
+    return LazyScenes({name: name for name in members}, read), LazyScenes(of_knit, first)
 
 
-class AtNeed(UserDict[str, Scene]):
-    """Scenes that are read when they are asked for, each by the name, or the names, that its key stands for."""
+class LazyScenes(UserDict[str, Scene]):
+    """Scenes that are read on access, each from the name, or the names, that its key stands for."""
 
     def __init__(self, names: Mapping[str, Any], read: Callable[[Any], Scene]) -> None:
         super().__init__(names)
@@ -119,7 +119,7 @@ def load_scene(name: str, config: Path = CONFIG) -> Scene:
     """
     _known_defaults(config)
     try:
-        scenes, knits = scenes_at_need(config)
+        scenes, knits = lazy_scenes(config)
         scene = _named(name, scenes, config)
         check_together([scene], scenes, knits, config)
     except ConfigurationError:
@@ -205,8 +205,8 @@ def asked_of(
     changes: Mapping[str, Any],
     config: Path = CONFIG,
     ask: Mapping[str, Any] = MappingProxyType({}),
-) -> tuple[Problem, Requirements, str]:
-    """Return the physical problem of a scene with changed keys, its question, and the beginning of messages.
+) -> tuple[PhysicalProblem, Requirements, str]:
+    """Return the physical problem of a scene with changed keys, its question, and the prefix of error messages.
 
     `ask` has the requirements that neither the scene nor the changes have.
     """
@@ -217,7 +217,7 @@ def asked_of(
 
 def problem_of(
     name: str, changes: Mapping[str, Any], config: Path = CONFIG
-) -> tuple[Problem, dict[str, Any], str]:
+) -> tuple[PhysicalProblem, dict[str, Any], str]:
     """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
     member = _named(name, load_families(config), config)
     keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
@@ -226,7 +226,7 @@ def problem_of(
 
 
 def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
-    """Return the scene, or the member of a family, of a name, or say which names are like it."""
+    """Return the scene, or the member of a family, with a name; a ConfigurationError offers similar names."""
     return find("scene", scenes, name, str(Path(config) / FAMILIES))
 
 

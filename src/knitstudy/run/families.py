@@ -39,7 +39,7 @@ Blocks = Mapping[str, Mapping[str, dict[str, Any]]]  # Keys that a choice sets, 
 class Member:
     """A scene of a family: the studies that it belongs to, and the values that it sets, by dotted key.
 
-    ``where`` names its file and itself: the beginning of a message.
+    ``where`` names its file and itself: the prefix of error messages.
     """
 
     name: str
@@ -85,8 +85,8 @@ def _read_once(paths: tuple[Path, ...], _: tuple[Any, ...]) -> dict[str, Member]
             asked |= entry.keys()
             for member in _members(entry, document, blocks, path):
                 if member.name in members:
-                    first = f"the first in the family {members[member.name].family!r}"
-                    raise ConfigurationError(f"{member.where}: is there twice, {first}")
+                    first = f"first in the family {members[member.name].family!r}"
+                    raise ConfigurationError(f"{member.where}: is defined twice; {first}")
                 members[member.name] = member
     for path, document in families.items():
         for name in document.keys() - {*_OF_FAMILY, *asked}:
@@ -234,7 +234,7 @@ def _values(keys: Any, taken: Mapping[str, str], prefix: str) -> Iterator[tuple[
     ``KEY by PLACEHOLDER`` has a value for every choice, and ``{PLACEHOLDER}`` in a text stands for the choice.
     """
     if not isinstance(keys, dict):
-        raise ConfigurationError(f"{prefix}: {reprlib.repr(keys)} is no mapping of keys to values")
+        raise ConfigurationError(f"{prefix}: {reprlib.repr(keys)} is not a mapping of keys to values")
     for key, value in keys.items():
         name = key
         if by := _BY.fullmatch(key):

@@ -15,7 +15,7 @@ from re import sub
 from knitstudy.errors import KnitstudyError
 from knitstudy.knit.scene.alternatives import OF_BEAMS, Value, known_yarns, read_yarn
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.simulations import simulate
 
 STEP = 0.02  # share by which an input is larger: loops for 10 % more often do not fit
@@ -44,18 +44,18 @@ class Effect:
         return f"{self.key} {100 * self.share:+.2g} %"
 
 
-def against_shelf(scene: Scene) -> str:
-    """Return the bending stiffness of the solid yarn of a scene, and that of the kept yarn of the nearest diameter."""
+def compared_with_library(scene: Scene) -> str:
+    """Return the bending stiffness of a scene's solid yarn, and of the library's yarn of the nearest diameter."""
     yarn = scene.yarn
     solid = yarn.youngs_modulus * pi * yarn.diameter**4 / 64
 
     def apart(values: Mapping[str, Value]) -> float:
         return abs(log(float(values["diameter"].value or nan) / yarn.diameter))
 
-    kept = {name: read_yarn(name).values for name in known_yarns()}
-    name = min(kept, key=lambda name: apart(kept[name]))
-    diameter = kept[name]["diameter"].ends[0]
-    bending = 1e6 * kept[name]["bending"].ends
+    library = {name: read_yarn(name).values for name in known_yarns()}
+    name = min(library, key=lambda name: apart(library[name]))
+    diameter = library[name]["diameter"].ends[0]
+    bending = 1e6 * library[name]["bending"].ends
     within = f" ({bending[2]:.2g} to {bending[1]:.2g})" if bending[2] < bending[1] else ""
     return (
         f"the yarn is taken as a solid: it bends with {1e6 * solid:.2g} N mm2; {name}, {1e3 * diameter:.2g} mm thick, "
@@ -104,7 +104,7 @@ def largest(effects: Iterable[Effect | None]) -> list[Effect]:
     return sorted(known, key=lambda effect: -abs(effect.exponent))[:SHOWN]
 
 
-def effects_on_force(problem: Problem) -> list[Effect]:
+def effects_on_force(problem: PhysicalProblem) -> list[Effect]:
     """Return the inputs that the force of a problem changes most with, of an endless cell by a cheap model.
 
     Nothing where no such cell is found.

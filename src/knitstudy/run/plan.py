@@ -14,7 +14,7 @@ from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import NAMELESS, Scene, digest
 from knitstudy.registry import find
 from knitstudy.run.code_digest import code_digest
-from knitstudy.run.configuration import knits_of, scenes_at_need
+from knitstudy.run.configuration import knits_of, lazy_scenes
 from knitstudy.run.cost import Cost, machine_memory
 from knitstudy.run.sources import Source
 from knitstudy.run.stages import STAGES, Stage
@@ -119,13 +119,13 @@ class Plan:
     @classmethod
     def of(cls, config: Path = CONFIG) -> Plan:
         """Return the plan of a configuration folder, whose scenes are read when they are asked for."""
-        scenes, knits = scenes_at_need(config)
+        scenes, knits = lazy_scenes(config)
         return cls(scenes, knits=knits)
 
     @classmethod
     def with_scenes(cls, own: Mapping[str, Scene], config: Path = CONFIG) -> Plan:
         """Return the plan `of` a folder, and of scenes from elsewhere, which never replace its own."""
-        configured, knits = scenes_at_need(config)
+        configured, knits = lazy_scenes(config)
         scenes = ChainMap(dict(own), configured)  # type: ignore[arg-type]  # which nothing writes to
         return cls(scenes, configured, knits)
 

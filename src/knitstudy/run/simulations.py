@@ -20,7 +20,7 @@ from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
-from knitstudy.knit.scene.scene import Scene, questions
+from knitstudy.knit.scene.scene import Scene, unit_warnings
 from knitstudy.mechanics.core.batches import VARIABLE, threads
 from knitstudy.run.plan import Plan, with_digits
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store, warn_of_another
@@ -93,8 +93,8 @@ def simulate(
     steps = plan.steps_of(scene)
     kept = None if folder is None else Path(folder)
     store = Store(kept, (OF_STUDY,) if kept else (), progress or (lambda label: silent))
-    for question in questions(scene):
-        log.warning(question)
+    for warning in unit_warnings(scene):
+        log.warning(warning)
     path = kept and kept / steps["simulation"].path
     if path and scene.name not in plan.configured and (anew or not store.holds(steps["simulation"])):
         warn_of_another(scene, path)

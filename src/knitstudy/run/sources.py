@@ -28,7 +28,7 @@ SPRINGS = (
 
 @dataclass(frozen=True)
 class Source:
-    """The direct simulation `other` that a key of a scene names; `where` begins messages.
+    """The direct simulation `other` that a key of a scene names; `where` is the prefix of error messages.
 
     `of` and `check` raise ConfigurationError, which names the other scene and the key that both have to share.
     """

@@ -15,7 +15,7 @@ from typing import Any
 
 from knitstudy.knit.scene.alternatives import SECTIONS
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.registry import later, wings
+from knitstudy.registry import lazy_import, optional_packages
 from knitstudy.run.code_digest import MESH, MODEL
 from knitstudy.run.cost import Cost, expected_cost
 
@@ -83,8 +83,8 @@ class Stage:
         return Path(self.path_pattern.replace(self.label, name))
 
 
-EXPORTS = {name: function for wing in wings() for name, function in wing.exports.items()}
-"""Functions of the wings that write files for other programs, by the name of their stage."""
+EXPORTS = {name: function for package in optional_packages() for name, function in package.exports.items()}
+"""Functions of the optional packages that write files for other programs, by the name of their stage."""
 
 
 def has_fields(scene: Scene) -> bool:
@@ -112,7 +112,7 @@ def _export(name: str, path: str, what: str, output: str, **known: Any) -> Stage
         "asked_by": frozenset({output}),
     }
     message = f"Write {what} of {{wildcards.scene}}"
-    return Stage(name, path, message, later(EXPORTS.get(name, "")), **usual | known)
+    return Stage(name, path, message, lazy_import(EXPORTS.get(name, "")), **usual | known)
 
 
 _STAGES = (
@@ -120,7 +120,7 @@ _STAGES = (
         name="geometry",
         path_pattern="geometry/{knit}.nc",
         message="Lay out {wildcards.knit}",
-        function=later("knitstudy.knit.geometry.lay_out:lay_out"),
+        function=lazy_import("knitstudy.knit.geometry.lay_out:lay_out"),
         reads=lambda scene: ("specimen", *scene.of_geometry),
         code=("knit/geometry",),
         intermediate=True,
@@ -130,7 +130,7 @@ _STAGES = (
         name="mesh",
         path_pattern="mesh/{scene}.nc",
         message="Mesh {wildcards.scene}",
-        function=later("knitstudy.knit.mesh.mesher:mesh"),
+        function=lazy_import("knitstudy.knit.mesh.mesher:mesh"),
         reads=lambda scene: ("load.direction", "mesh.size", "mesh.refinement"),
         of=lambda scene: scene.kind.direct,
         needs=GEOMETRY,
@@ -141,7 +141,7 @@ _STAGES = (
         name="rest",
         path_pattern="rest/{scene}.nc",
         message="Relax {wildcards.scene}",
-        function=later("knitstudy.knit.models.beam.rest:relax"),
+        function=lazy_import("knitstudy.knit.models.beam.rest:relax"),
         reads=lambda scene: (
             *KIND,
             *SECTIONS,
@@ -165,7 +165,7 @@ _STAGES = (
         name="bending",
         path_pattern="bending/{scene}.nc",
         message="Bend {wildcards.scene}",
-        function=later("knitstudy.knit.models.beam.bending:bend"),
+        function=lazy_import("knitstudy.knit.models.beam.bending:bend"),
         reads=lambda scene: (*KIND, *scene.sections),
         of=lambda scene: scene.specimen == "cell" and scene.fidelity == "beam",
         needs=GEOMETRY | {"rest": Need("rest")},
@@ -178,7 +178,7 @@ _STAGES = (
         name="simulation",
         path_pattern="simulation/{scene}.nc",
         message="Simulate {wildcards.scene}",
-        function=later("knitstudy.knit.simulate:simulate"),
+        function=lazy_import("knitstudy.knit.simulate:simulate"),
         reads=lambda scene: (*KIND, *scene.sections),
         outputs=("fields",),
         needs=SOLIDS
@@ -197,7 +197,7 @@ _STAGES = (
         name="contacts",
         path_pattern="contacts/{scene}.nc",
         message="Find the contacts of {wildcards.scene}",
-        function=later("knitstudy.knit.contacts.contacts:contacts"),
+        function=lazy_import("knitstudy.knit.contacts.contacts:contacts"),
         reads=lambda scene: (),
         of=lambda scene: scene.kind.fidelity.solid and scene.specimen != "cell",
         needs=GEOMETRY | HISTORY,
@@ -206,7 +206,7 @@ _STAGES = (
         name="stress",
         path_pattern="stress/{scene}.nc",
         message="Average the stress of {wildcards.scene}",
-        function=later("knitstudy.knit.stress:stress"),
+        function=lazy_import("knitstudy.knit.stress:stress"),
         reads=lambda scene: MODEL_KEYS,
         of=lambda scene: has_fields(scene) and scene.is_knit,
         needs=SOLIDS | HISTORY,
@@ -237,7 +237,7 @@ _EXPORTS = (
     ),
 )
 
-# All stages by their names, each after the stages that it needs; of exports those that a wing writes
+# All stages by their names, each after the stages that it needs; exports where an optional package writes them
 STAGES = {
     stage.name: stage for stage in (*_STAGES, *(export for export in _EXPORTS if export.name in EXPORTS))
 }

@@ -29,8 +29,8 @@ from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import MEGABYTE, memory_growth
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_rows
-from knitstudy.run.advice.problem import Problem
-from knitstudy.run.advice.sample import Case, Trade
+from knitstudy.run.advice.problem import PhysicalProblem
+from knitstudy.run.advice.sample import SampleCase, Trade
 from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
@@ -43,7 +43,7 @@ Record = dict[str, Any]
 """Values by quantity, price and reason of failure of one run; inputs, case, model setting and knit that it is of."""
 
 
-def run(problem: Problem, setting: str, folder: Path, say: bool = False) -> Record:
+def run(problem: PhysicalProblem, setting: str, folder: Path, say: bool = False) -> Record:
     """Return the record of a problem by one model setting, in a process with a limit of processor time."""
     record = {
         "model setting": setting,
@@ -95,7 +95,7 @@ def _relative(value: float, true: float) -> float:
 
 
 def rows_of(
-    records: Iterable[Record], case: Case, about: Mapping[str, Any], trade: Trade, reference: Reference
+    records: Iterable[Record], case: SampleCase, about: Mapping[str, Any], trade: Trade, reference: Reference
 ) -> list[dict[str, Any]]:
     """Return a row for every model setting and question of one knit, or one with the reason of no reference."""
     rows = []
@@ -132,7 +132,7 @@ def rows_of(
 
 
 def reference_values(
-    runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: Case, trade: Trade
+    runs: Mapping[str, Mapping[str, Mapping[str, float]]], case: SampleCase, trade: Trade
 ) -> dict[str, Reference]:
     """Return the reference values of every knit, at strain 1 for full load, from runs {knit: {model setting: values}}.
 
@@ -171,8 +171,8 @@ def reference_values(
 
 def collect(
     trade: Trade,
-    problems: Mapping[tuple[str, Case], Problem],
-    records: Mapping[tuple[str, Case], list[Record]],
+    problems: Mapping[tuple[str, SampleCase], PhysicalProblem],
+    records: Mapping[tuple[str, SampleCase], list[Record]],
 ) -> pd.DataFrame:
     """Return the table of errors and prices from the problems and the records of runs, by knit and case."""
     rows = []
@@ -187,7 +187,7 @@ def collect(
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
-def measure(problem: Problem, folder: Path) -> pd.DataFrame:
+def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
     """Run all model settings on a knit of the user, add errors and prices to the user's table, and return them.
 
     Raises DataFileError where the reference value is not known since fewer than two of its model settings have ended.

@@ -1,8 +1,8 @@
-"""What users take away: pictures, decks of other programs, measured curves, laws of a fabric. Removable."""
+"""What users take away: pictures, decks of other programs, measured curves, laws of a fabric. Optional."""
 
-from knitstudy.registry import Wing
+from knitstudy.registry import OptionalPackage
 
-WING = Wing(
+OPTIONAL_PACKAGE = OptionalPackage(
     commands={
         "loop": ("knitstudy.use.commands.loop:loop", "Draw and optimise a loop for spacings and a yarn."),
         "stitches": (

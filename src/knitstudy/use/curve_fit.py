@@ -63,8 +63,8 @@ class Fit:
             remarks.append(f"friction {fact}: all such values between {lowest:g} and {highest:g} fit as well")
         if self.correlation:
             remarks.append(
-                f"neighbours correlate by {self.correlation:.2g}, so that residuals are no noise: intervals are wider, "
-                "and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
+                f"neighbours correlate by {self.correlation:.2g}, so that residuals are not noise: intervals are "
+                "wider, and the scene misses the shape of the curve (check loop, yarn, load.lateral)"
             )
         if self.correction is None:
             remarks.append(

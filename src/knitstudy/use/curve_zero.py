@@ -49,16 +49,16 @@ def anchored(curve: pd.Series[float], zero: str | None, path: Path) -> pd.Series
     Raises
     ------
     DataFileError
-        If the first force is above `PRELOAD` of the range and nobody said what it is; if there is no straight part.
+        If the first force is above `PRELOAD` of the range and `zero` is not given; if there is no straight part.
     """
     strain = curve.index.to_numpy(dtype=float)
     force = curve.to_numpy()
-    said = f"{100 * strain[0]:.4g} % strain and {force[0]:.4g} N/m"
+    first = f"{100 * strain[0]:.4g} % strain and {force[0]:.4g} N/m"
     strain = _turned(strain, "strain", path)
     force = _turned(force, "force", path)
     ranges = [float(np.abs(values - values[0]).max()) for values in (strain, force)]
     if zero is None:
-        zero = _zero_of(strain, force, ranges[1], said, path)
+        zero = _zero_of(strain, force, ranges[1], first, path)
     if zero == "toe":
         toe = _toe(strain, force, path)
         log.warning(
@@ -70,24 +70,24 @@ def anchored(curve: pd.Series[float], zero: str | None, path: Path) -> pd.Series
     if zero == "file":
         return pd.Series(force, strain)
     if abs(strain[0]) > SMALL * ranges[0] or abs(force[0]) > SMALL * ranges[1]:
-        log.warning("%s: begins at %s, which are taken off (--zero file keeps them)", path, said)
+        log.warning("%s: begins at %s, which are taken off (--zero file keeps them)", path, first)
     return pd.Series(force - force[0], strain - strain[0])
 
 
-def _zero_of(strain: Floats, force: Floats, force_range: float, said: str, path: Path) -> str:
+def _zero_of(strain: Floats, force: Floats, force_range: float, first: str, path: Path) -> str:
     """Return the zero of a curve (n,) that nobody gave one; DataFileError where the first force is large."""
     if _origin_continues(strain, force):
         if strain[0] > SMALL * (strain.max() - strain[0]):
             log.warning(
                 "%s: begins at %s, one row from its zero, which is kept (--zero first takes them off)",
                 path,
-                said,
+                first,
             )
         return "file"
     if abs(force[0]) > PRELOAD * force_range > 0:
         share = 100 * abs(force[0]) / force_range
         raise DataFileError(
-            f"{path}: begins at {said}, {share:.3g} % of the range of its forces: add --zero first if they are a "
+            f"{path}: begins at {first}, {share:.3g} % of the range of its forces: add --zero first if they are a "
             "preload or offsets, or --zero file if the zero of the file is right and earlier rows are missing"
         )
     return "first"

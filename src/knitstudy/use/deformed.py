@@ -343,7 +343,7 @@ def write_page(knit: Deformed, path: Path, title: str) -> None:
 
 
 def page_of(knit: Deformed, title: str, most: int) -> str:
-    """Return the page, with so many increments that there are at most so many corners of all; one at least."""
+    """Return the page with as many increments as fit into the largest number of corners, at least one."""
     steps, count = knit.values.shape
     kept = _spread(steps, most // count) if most >= 2 * count else np.array([steps - 1])
     places = MILLIMETRE * knit.points[kept]

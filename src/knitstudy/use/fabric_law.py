@@ -76,7 +76,7 @@ class States(Chosen):
         parts: list[States] = []
         for name, history in histories.items():
             if "cell_strain" not in history or "pressure" in history:
-                raise DataFileError(f"{name}: is no history of a cell without plates, as a law is fitted to")
+                raise DataFileError(f"{name}: is not a history of a cell without plates, which a law needs")
             stretch = history["cell_strain"].to_numpy()
             stretch = stretch[: np.argmax(np.linalg.norm(stretch, axis=1)) + 1]  # without unloading
             force = history["force_per_width"].to_numpy()[: len(stretch)]
@@ -299,7 +299,7 @@ def forces_on_paths(law: MembraneLaw, states: States) -> np.ndarray:
 
 
 def _relaxed(law: MembraneLaw, stretch: Floats, driven: np.ndarray) -> Floats:
-    """Return the stretch (3,) whose driven components stay and whose others have no force, or nan."""
+    """Return the stretch (3,) with the driven components kept and no force along the other components, or nan."""
     relaxed = stretch.copy()
     free = np.logical_not(driven)
 
@@ -326,7 +326,7 @@ class LinearFit:
 
     @property
     def factor(self) -> float:
-        """Largest factor by which forces along the driven strains miss those of the cell; inf where there is none."""
+        """Largest ratio of forces of law and cell along the driven strains; inf without an equilibrium."""
         along = np.where(self.holds.driven, self.holds.stretch, 0.0)
         deck, cell = ((forces * along).sum(axis=1) for forces in (self.forces, self.holds.force))
         if not np.all(deck > 0):  # nan, where the law finds no equilibrium, is not either
@@ -465,9 +465,9 @@ def stretch_strip(
     """Return forces and widths of a strip of a length and width [m] that is pulled to a strain.
 
     It is pulled in course (`axis` 0) or wale direction (1). Strains are displacements over the length between the
-    clamps, forces per width refer to the undeformed edge. Without clamps the strip is free across, as an endless
-    fabric is: one element, whose ends stay straight. The pull ends early at the largest force per width [N/m].
-    Raises ConvergenceError if Newton's method finds no equilibrium; its `history` is the strip so far.
+    clamps, forces per width refer to the undeformed edge. Without clamps the strip is free across, as an endless fabric
+    is: one element, whose ends stay straight. The pull stops at the largest force per width [N/m]. Raises
+    ConvergenceError if Newton's method finds no equilibrium; its `history` is the strip so far.
     """
     if not clamped:
         elements = 1

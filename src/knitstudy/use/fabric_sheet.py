@@ -44,7 +44,7 @@ from knitstudy.knit.models.beam.cell import hidden_wave
 from knitstudy.knit.scene.alternatives import OF_BEAMS
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.kinds import unit_of
-from knitstudy.knit.scene.scene import Scene, flat, questions
+from knitstudy.knit.scene.scene import Scene, flat, unit_warnings
 from knitstudy.knit.scene.sections import INLAY
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
@@ -247,15 +247,15 @@ def fabric_sheet(
         When the fabric does not find its shape at rest.
     """
     plan = Plan.of(config)
-    scene = plan.labelled(scene)  # sheets of changed and of nameless scenes keep their places
+    scene = plan.labelled(scene)  # sheets of changed and of unnamed scenes have folders of their own
     cell = cell_of(scene)
     if not isnan(tex) and len(cell.yarns) > 1:
         raise ConfigurationError(
-            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; say yarn.tex and yarn_b.tex, or .of"
+            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; set yarn.tex and yarn_b.tex, or yarn.of and yarn_b.of"
         )
     starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
-    for question in questions(cell):
-        log.warning(question)
+    for warning in unit_warnings(cell):
+        log.warning(warning)
     store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
     maker = _Maker(cell, starts, FARTHER * force, plan, store)
     loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
@@ -308,7 +308,7 @@ def fabric_sheet(
 
 
 def _with_errors_of_model(curve: pd.DataFrame, unlike: bool) -> list[pd.DataFrame]:
-    """Return a curve with all forces as far off as those of beams may be; both directions `unlike` as well."""
+    """Return a curve with all forces at both ends of the error of beams; `unlike` also in opposite directions."""
     forces = curve.filter(regex="force|pressure|energy")
     wale = forces.columns.str.startswith("wale")
     signs = [(course, across) for course in (-1, 1) for across in ((-1, 1) if unlike else (course,))]
@@ -334,23 +334,23 @@ def cell_of(scene: Scene) -> CellOfBeams:
 
 
 def _of_yarns(cell: CellOfBeams, tex: Floats | float) -> str:
-    """Return the note that names the values of the yarns, those that other values replace left out."""
-    said = [f"contact.friction {cell.friction:.4g}"]
+    """Return the note that names the values of the yarns, without values that other values replace."""
+    values = [f"contact.friction {cell.friction:.4g}"]
     for key, value in flat(cell.to_dict()).items():
         if key.endswith(VALUES) and value is not None and not cell.replaced_by(key):
-            said.append(f"{key} {value:.4g} {unit_of(key)}")
-    said.append(f"tex {_each(tex)}")
-    return f"Uncertainties are not those of the yarn's values: {', '.join(said)}."
+            values.append(f"{key} {value:.4g} {unit_of(key)}")
+    values.append(f"tex {_each(tex)}")
+    return f"Uncertainties are not those of the yarn's values: {', '.join(values)}."
 
 
 def _of_rest(start: str, history: xr.Dataset) -> list[str]:
-    """Return notes that say which unstable shapes a start has left, or hides."""
+    """Return notes about the unstable shapes that the relaxation left, or that the cell hides."""
     known = history.attrs
     notes = []
     if known.get("saddles"):
         changes = zip(("width", "height", "thickness"), known["change_from_saddle"], strict=True)
         went = ", ".join(f"{size} {PERCENT * change:+.2g} %" for size, change in changes)
-        notes.append(f"From {start}: the first balance is no rest, and the fabric leaves it ({went}).")
+        notes.append(f"From {start}: the first equilibrium is not stable, and the fabric leaves it ({went}).")
     if hides := hidden_wave(known):
         notes.append(f"From {start}: {hides}.")
     return notes
@@ -364,7 +364,7 @@ def _inputs(cell: CellOfBeams) -> list[str]:
 
 
 def _of_inputs(maker: _Maker, answers: Sequence[Changed], force: float) -> str:
-    """Return the note that says what a strain changes with."""
+    """Return the note about the inputs that change a strain."""
     curve = curve_table(maker.coarse["course"])
 
     def strain(force: float) -> float:
@@ -387,7 +387,7 @@ def _each(values: Floats | float) -> str:
 
 @dataclass(eq=False)
 class _Maker:
-    """Simulates the paths of a cell, and notes where they end early."""
+    """Simulates the paths of a cell, and notes which are partial."""
 
     cell: CellOfBeams
     starts: tuple[str, ...]  # the one that counts, and the other one
@@ -528,7 +528,7 @@ class _Maker:
         return [ended[method][0] for method in each]
 
     def _run(self, name: str, keys: dict[str, Any], cell: Scene | None = None) -> xr.Dataset:
-        """Return a history of the cell with some keys; one that ends early as far as it goes, with a note."""
+        """Return the history of the cell with some keys changed; a partial one is used up to its end, with a note."""
         name = sub("[^a-z0-9_-]+", "-", f"{self.cell.name}-sheet-{name}")
         scene = (cell or self.cell).vary({"name": name, **keys})
         simulation = self.plan.step("simulation", self.plan.labelled(scene))

@@ -217,8 +217,8 @@ def measured_columns(
 def _measured(table: pd.DataFrame, name: str, how: Mapping[str, Any], direction: str, path: Path) -> Measured:
     """Return the column of strain or force, over its unit and over a size of the specimen."""
     if name in how:
-        said, unit = how[name]
-        label = _named(table, said, f"{path}: --{name}")
+        column, unit = how[name]
+        label = _named(table, column, f"{path}: --{name}")
         unit = plain_unit(unit)
         if (own := _own_unit(label, name)) not in ("", unit):
             log.warning("%s: %r is taken in %s, as --%s says, not in %s", path, label, unit, name, own)
@@ -239,9 +239,9 @@ def _measured(table: pd.DataFrame, name: str, how: Mapping[str, Any], direction:
     return Measured(label, unit, values)
 
 
-def _named(table: pd.DataFrame, said: str, where: str) -> str:
+def _named(table: pd.DataFrame, column: str, where: str) -> str:
     """Return the label of a column that an option names, with its unit or without."""
-    wanted = " ".join(said.split())
+    wanted = " ".join(column.split())
     without_units = [label for label in table if parted(label)[0] == wanted]
     if wanted not in table and len(without_units) == 1:
         return without_units[0]
@@ -292,8 +292,8 @@ def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> t
 
 def _refuse(column: Measured, words: set[str], why: str, remedy: str, path: Path) -> None:
     """Raise DataFileError where a word of the name says that the column is of another measure."""
-    if said := sorted(column.words & words):
-        raise DataFileError(f"{path}: {column.label!r} {why} ({said[0]}): {remedy}")
+    if found := sorted(column.words & words):
+        raise DataFileError(f"{path}: {column.label!r} {why} ({found[0]}): {remedy}")
 
 
 def _nominal_strain(strain: Measured, path: Path) -> pd.Series[float]:

@@ -92,8 +92,8 @@ def read_lab_table(path: Path, skip_bad: bool = False, number: int | None = None
     if bad and not skip_bad:
         names = ", ".join(found.names[:6]) + (", ..." if len(found.names) > 6 else "")
         raise DataFileError(
-            f"{path}: line {bad[0]} ({' | '.join(lines[bad[0]])[:SHOWN]}) is no row of the {len(found.names)} columns "
-            f"{names[: 2 * SHOWN]}: mend it, or add --skip-bad"
+            f"{path}: line {bad[0]} ({' | '.join(lines[bad[0]])[:SHOWN]}) is not a row of the {len(found.names)} "
+            f"columns {names[: 2 * SHOWN]}: mend it, or add --skip-bad"
         )
     _log_unused(lines, found, bad, path)
     columns = list(zip(*rows.values(), strict=True)) or [()] * len(numeric)
@@ -115,8 +115,8 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
     if text.startswith("PK\x03\x04"):
         raise DataFileError(f"{path}: is a workbook or another packed file; save the table as CSV")
     texts = re.split("\r\n|\r|\n", text)
-    said = SEPARATOR_LINE.match(texts[0].strip())
-    if said:
+    separator_line = SEPARATOR_LINE.match(texts[0].strip())
+    if separator_line:
         texts[0] = ""
     kept = {
         number: line
@@ -125,13 +125,13 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
     }
     best: tuple[Lines, str | None, list[_Found]] = ({}, None, [])
     most, first = 0, None
-    for mark in [said[1]] if said else SEPARATORS:
+    for mark in [separator_line[1]] if separator_line else SEPARATORS:
         if mark is not None and mark not in text:
             continue
         try:
             lines = _split(kept, mark)
         except csv.Error as error:
-            raise DataFileError(f"{path}: is no table of text ({error}); save it as CSV") from error
+            raise DataFileError(f"{path}: is not a table of text ({error}); save it as CSV") from error
         tables = _tables(lines)
         rows = sum(len(table.rows) for table in tables)
         if rows > most:
@@ -192,7 +192,7 @@ def _is_row(fields: Fields) -> bool:
 
 
 def _are_names(fields: Fields) -> bool:
-    """Return whether fields can be names of columns: two or more, and none of them is a number or the lack of one."""
+    """Return whether fields can be names of columns: two or more, and all are words (no numbers, no empty fields)."""
     return sum(map(bool, fields)) > 1 and not any(
         NUMBER(text) or text.lower() in NO_NUMBER for text in fields
     )
@@ -326,21 +326,21 @@ def _log_unused(lines: Lines, found: _Found, bad: list[int], path: Path) -> None
 def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
     """Return the decimal mark of all numbers of a table."""
     numbers = sorted(text.translate(ONE_STYLE) for text in texts if NUMBER(text))
-    said: dict[str, str] = {}  # by decimal mark, a number that takes it
+    evidence: dict[str, str] = {}  # by decimal mark, a number that takes it
     for number in numbers:
         body = re.split("[eE]", number)[0]
         both = [mark for mark in ".," if mark in body]
         if len(both) == 2:
             mark = max(both, key=body.rfind)
-            said.setdefault(mark, f"{number} {DECIMAL[mark]}")
+            evidence.setdefault(mark, f"{number} {DECIMAL[mark]}")
         elif both and body.count(both[0]) > 1:
-            said.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
+            evidence.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
         elif both and (not GROUPED(body) or body.lstrip("+-").startswith("0")):
-            said.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
-    if len(said) == 2:
-        raise DataFileError(f"{path}: {said['.'].replace(' ', ' has ', 1)} and {said[',']}")
-    if said:
-        return next(iter(said))
+            evidence.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
+    if len(evidence) == 2:
+        raise DataFileError(f"{path}: {evidence['.'].replace(' ', ' has ', 1)} and {evidence[',']}")
+    if evidence:
+        return next(iter(evidence))
     # Between commas or spaces a point is a decimal one.
     marks = "," if separator in (",", None) else ",."
     if grouped := next((number for number in numbers if any(mark in number for mark in marks)), None):

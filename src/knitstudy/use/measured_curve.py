@@ -60,7 +60,7 @@ def simulated_curve(
     table = curve_table(history, None if "force_per_width" in history else geometry)
     curve = force_over_strain(table, STRAINS[int(history.attrs["axis"])])
     if not np.isfinite([curve.index, curve]).all():
-        raise DataFileError("its curve holds a value that is no number; make it again")
+        raise DataFileError("its curve holds a value that is not a number; make it again")
     every = branches(curve)[BRANCHES.index(branch) :: 2]
     if not every:
         raise DataFileError(f"the history has no {branch}: simulate one, with load.turns")
@@ -105,7 +105,7 @@ def curve_table(history: xr.Dataset, geometry: xr.Dataset | None = None) -> pd.D
 
 
 def without_noise(table: pd.DataFrame) -> pd.DataFrame:
-    """Return a table of numbers without digits that are rounding noise beside the largest number of the same unit.
+    """Return a table of numbers without digits below the rounding error of the largest number of the same unit.
 
     Examples
     --------
@@ -290,7 +290,7 @@ def file_stem(path: Path) -> str:
 
 
 def _kept(beside: Path) -> dict[str, Any]:
-    """Return how a file is read, as it was said before."""
+    """Return the options with which a file was read before."""
     kept = read_yaml(beside) if beside.is_file() else {}
     if wrong := _wrong(kept):
         raise DataFileError(

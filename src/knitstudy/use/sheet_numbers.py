@@ -90,11 +90,11 @@ def _row(
 
 
 def given_numbers(cell: CellOfBeams) -> set[str]:
-    """Return the names of the numbers of the construction that follow from what the scene says, without mechanics.
+    """Return the names of the numbers of the construction that follow from the keys of the scene, without mechanics.
 
-    Spacings are those of the scene where the fabric starts from its drawn loops. The yarn in a stitch is that of the
-    scene where this says `pattern.loop_length`, or control points that do not move; a loop that is drawn for its
-    spacings alone has the length that makes it bend least.
+    Spacings are given if the fabric starts from its drawn loops. The yarn in a stitch is given if the scene sets
+    `pattern.loop_length`, or control points that do not move; a loop drawn for its spacings alone has the length of
+    least bending.
     """
     pattern = cell.pattern
     given = set[str]()
@@ -226,7 +226,7 @@ def bending_rows(bent: Sequence[xr.Dataset], error: float, tied: xr.Dataset | No
 def _legs(bent: xr.Dataset) -> list[pd.DataFrame]:
     """Return the legs of bending in one direction: to the front, from there to the back, and from there to flat.
 
-    Of a path that ends early, or that does not turn, later ones have one row or none.
+    Later branches of a partial path, or of a path that does not turn, have one row or none.
     """
     curve = bent[["curvature", "moment_per_width", "friction_per_area"]].to_pandas().dropna()
     turn, back = (int(pick(curve["curvature"])) if len(curve) else 0 for pick in (np.argmax, np.argmin))

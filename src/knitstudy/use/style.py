@@ -164,7 +164,7 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
 
 def describe(sources: Mapping[str, Source]) -> str:
-    """Return the stages, scenes and digests of datasets in one line, and the physics behind kept tables."""
+    """Return the stages, scenes and digests of datasets in one line, and the physics behind committed tables."""
     parts = []
     for stage, source in sources.items():
         if isinstance(source, pd.DataFrame):

@@ -26,7 +26,7 @@ from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quadratic import FACE_CENTRE, QuadraticMesh, QuadraticSection, quadratic_mesh
 from knitstudy.knit.mesh.quality import scaled_jacobian
-from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.section import SectionMesh
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import HexahedralScene
 from knitstudy.knit.models.spline_yarns import SplineScene
@@ -153,7 +153,7 @@ ORDER = [*range(4), *range(18, 22), *range(4, 8), *range(22, 26), *range(9, 13),
 class CurvedCells:
     """Hexahedra of 27 nodes in round yarns; nodes are numbered yarn by yarn, section by section."""
 
-    section: Section  # corners of every section, which are the first of its points
+    section: SectionMesh  # corners of every section, which are the first of its points
     x: np.ndarray  # (q, 2) points of every section, over the radius
     rim: np.ndarray  # (a,) points of a section on its circle, counter-clockwise
     stations: tuple[np.ndarray, ...]  # (t,) of every yarn: arc lengths of ends and middles of its spans [m]
@@ -162,7 +162,7 @@ class CurvedCells:
     @classmethod
     def of(cls, breaks: list[np.ndarray]) -> CurvedCells:
         """Return the cells of yarns of whose spans the ends are breaks (b,) [m], one array a yarn."""
-        shape = QuadraticSection.of(Section.butterfly(CORE, RINGS))
+        shape = QuadraticSection.of(SectionMesh.butterfly(CORE, RINGS))
         section = shape.section
         size = shape.section.size
         points = np.vstack([section.points, shape.middles])

@@ -18,12 +18,12 @@ import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.knit.contacts.facets import count_zones
-from knitstudy.knit.contacts.kinematics import Axes, kinematics
+from knitstudy.knit.contacts.kinematics import CrossingAxes, kinematics
 from knitstudy.knit.geometry.columns import CONTACTS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.mechanics.contact.indentation import Crossing
+from knitstudy.mechanics.contact.indentation import CylinderContact
 from knitstudy.mechanics.contact.interaction import PASS_SHARE
 from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 
@@ -106,9 +106,9 @@ def indented(fabric: Fabric, force: Floats, modulus: float) -> dict[str, Floats]
     """
     radius = fabric.radius
     load = np.linalg.norm(force, axis=-1)
-    cosine = np.abs(np.einsum("ki,ki->k", *Axes.of(fabric).tangent.swapaxes(0, 1)))
+    cosine = np.abs(np.einsum("ki,ki->k", *CrossingAxes.of(fabric).tangent.swapaxes(0, 1)))
     angle = np.arccos(np.clip(cosine, 0.0, 1.0))
-    kinds = [Crossing.at(max(float(value), SMALLEST)) for value in angle]
+    kinds = [CylinderContact.at(max(float(value), SMALLEST)) for value in angle]
     semiaxis, ratio = (np.array([getattr(kind, name) for kind in kinds]) for name in ("semiaxis", "ratio"))
     longer = semiaxis * radius * (load / (modulus * radius**2)) ** (1 / 3)
     area = np.pi * ratio * longer**2

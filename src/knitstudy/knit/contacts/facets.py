@@ -12,7 +12,7 @@ from scipy.sparse.csgraph import connected_components
 
 from knitstudy.knit.geometry.crossings import Crossings
 from knitstudy.knit.mesh.sweep import SweptMesh
-from knitstudy.mechanics.contact.friction import OPEN, STICK, ContactPoints
+from knitstudy.mechanics.contact.friction import OPEN, STICK, FrictionPoints
 from knitstudy.mechanics.contact.interaction import PASS_SHARE, Contact
 from knitstudy.mechanics.core.arrays import Floats, Ints
 
@@ -137,7 +137,7 @@ class CrossingFacets:
 
 
 def touching_points(
-    contact: Contact, points: ContactPoints, facets: CrossingFacets, rings: Rings
+    contact: Contact, points: FrictionPoints, facets: CrossingFacets, rings: Rings
 ) -> dict[str, Any]:
     """Return the columns of all points that touch, by the names that `knit.geometry.columns` has after ``contact_``.
 

@@ -75,7 +75,7 @@ def _nodes_around(crossings: Crossings, mesh: SweptMesh) -> Ints:
 
 
 @dataclass(frozen=True)
-class Axes:
+class CrossingAxes:
     """Axes of the undeformed yarns at K crossings, on both sides: orthogonal unit vectors."""
 
     tangent: Floats  # (K, 2, 3) t
@@ -83,7 +83,7 @@ class Axes:
     across: Floats  # (K, 2, 3) t x n
 
     @classmethod
-    def of(cls, fabric: Fabric) -> Axes:
+    def of(cls, fabric: Fabric) -> CrossingAxes:
         """Return the axes; the line of the closest points is normal to both yarns."""
         crossings = fabric.crossings
         tangent = np.empty_like(crossings.point)
@@ -107,7 +107,7 @@ def kinematics(
     centrelines' points at the crossings (`section_motion`); the displacement (I, K, 3) [m] of the surface of side 1
     relative to that of side 0; centroids (I, K, 2, 3) [m] of the contact areas on the undeformed yarns, nan where open.
     """
-    axes = Axes.of(fabric)
+    axes = CrossingAxes.of(fabric)
     left, _, right = np.linalg.svd(gradient)
     rotation = left @ right  # R of F = R U
     fibres = [
@@ -185,7 +185,7 @@ def segment_contraction(crossings: Crossings, displacement: Floats) -> Floats:
     return contraction.reshape(*displacement.shape[:-1], 2)
 
 
-def place_on_yarn(fabric: Fabric, axes: Axes, place: Floats) -> tuple[Floats, Floats]:
+def place_on_yarn(fabric: Fabric, axes: CrossingAxes, place: Floats) -> tuple[Floats, Floats]:
     """Return where places near crossings lie on their undeformed yarns: along [m] and around them [rad].
 
     Both (I, K, 2) count from the crossing and the line of its closest points. Along the yarn the axes turn with the

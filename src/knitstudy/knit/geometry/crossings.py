@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from knitstudy.errors import GeometryError
-from knitstudy.knit.geometry.spline import CatmullRom, Centreline, Rows
+from knitstudy.knit.geometry.spline import CatmullRom, Centreline, RowCurves
 from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.core.batches import Chosen
 
@@ -114,7 +114,7 @@ def _polyline(curve: Centreline) -> tuple[Floats, Floats]:
 
 
 def _places(in_plane: dict[tuple[Any, ...], Floats]) -> dict[int, Floats]:
-    """Ascending parameters at which a curve or a copy of it is crossed, by the number of the curve."""
+    """Ascending parameters at which each curve, or one of its periodic copies, is crossed, by curve number."""
     every: dict[int, list[Floats]] = {}
     for key, crossed in in_plane.items():
         for side in (0, 1):
@@ -238,7 +238,7 @@ def crossings_of_loop(
         ]
         return by_row[0].joined(*by_row[1:])
     points = np.concatenate([image.control_points for image in images])
-    lower, upper = (Rows(points, loop.advance, len(images), row + side) for side in (0, 1))
+    lower, upper = (RowCurves(points, loop.advance, len(images), row + side) for side in (0, 1))
     return refine(lower, upper, start, windows)
 
 

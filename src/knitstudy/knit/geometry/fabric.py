@@ -34,7 +34,7 @@ class Grip:
         return self.arc[self.yarn == yarn]
 
     def holds(self, yarn: Ints, arc_length: Floats) -> Bools:
-        """Return whether places (k,) on yarns (k,) are gripped; the ends of arcs are, whatever rounding says."""
+        """Return whether places (k,) on yarns (k,) are gripped; the ends of arcs are, whatever the rounding."""
         rounding = 1e-9 * self.arc.max(initial=0.0)
         s = np.asarray(arc_length)[:, None]
         here = (np.asarray(yarn)[:, None] == self.yarn) & (s >= self.arc[:, 0] - rounding)
@@ -115,7 +115,7 @@ class Fabric:
 
     @cached_property
     def _places(self) -> dict[int, tuple[Floats, Floats]]:
-        """Arc lengths (m,) and points (m, 3) at which a yarn or a copy of it is crossed, by the yarn copied."""
+        """Arc lengths (m,) and points (m, 3) at which each yarn, or one of its copies, is crossed, by yarn."""
         crossings = self.crossings
         places = {}
         yarn, s = crossings.yarn.ravel(), crossings.arc_length.ravel()

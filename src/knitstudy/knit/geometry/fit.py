@@ -50,7 +50,7 @@ class InfeasibleLoop(GeometryError):
 
 
 @dataclass(frozen=True)
-class Path:
+class FreePath:
     """Targets of a loop at a share of the way: radius and length a + share b, in radii of the wanted yarn."""
 
     rest: float  # length that the length term of Eq. (1) aims at
@@ -64,7 +64,7 @@ class Room:
     def __init__(
         self,
         unit: Loop,
-        path: Path,
+        path: FreePath,
         share: float | None,
         settings: Any,
         at: Any = None,  # crossings without images, and where they are looked for
@@ -147,9 +147,9 @@ class Room:
         self._tangent, self._bend = (curves(points, row).operator(u, order) for order in (1, 2))
 
     def refusal(self, what: str, reason: str, nearest: str, share: float) -> InfeasibleLoop:
-        """Return the error of a loop beyond this one, the last with room: by the limits it has reached, or a reason.
+        """Return the error for loops beyond this last one that fits: the limits it has reached, or the reason.
 
-        `nearest` says with which values a loop fits, of `share` of the radius.
+        `nearest` names values with which a loop of `share` of the radius fits.
         """
         quantities = {}
         if self.missing <= EXACT and not self.at_end:
@@ -374,7 +374,7 @@ def _of_spacings(wanted: LoopTarget, settings: Any) -> _End:
     course, wale = (float(f"{spacing / wanted.radius:.12g}") for spacing in (wanted.course, wanted.wale))
     unit = LoopTarget(course, wale, 1.0, wanted.clearance, stitches=standard(wanted.stitches)[0])
     try:
-        start = Room(unit.drawn(), Path(unit.rest_length, (0.0, 1.0)), None, settings)
+        start = Room(unit.drawn(), FreePath(unit.rest_length, (0.0, 1.0)), None, settings)
     except GeometryError as error:
         remedy = "take a pattern.wale_spacing of 0.5 to 2 course spacings"
         raise InfeasibleLoop(
@@ -387,7 +387,7 @@ def _of_length(room: Room, length: float) -> _End:
     """Return the end of the path from a loop of free length to one of another length [radii]."""
     own = room.unit.length
     asked = float(f"{length:.12g}")
-    path = Path(asked, (1.0, 0.0), (own, asked - own))
+    path = FreePath(asked, (1.0, 0.0), (own, asked - own))
     return _follow_path(Room(room.unit, path, 0.0, room.settings, room.crossing))
 
 

@@ -24,7 +24,7 @@ from scipy.optimize import minimize
 from knitstudy.errors import GeometryError
 from knitstudy.knit.geometry.crossings import Approach, crossings_of_loop, windows_of_loop
 from knitstudy.knit.geometry.loop import Loop
-from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, Rows
+from knitstudy.knit.geometry.spline import GAUSS_POINTS, GAUSS_WEIGHTS, RowCurves
 from knitstudy.knit.geometry.symmetry import symmetric_motions, symmetries
 from knitstudy.mechanics.core.arrays import Floats, Ints
 
@@ -51,9 +51,9 @@ class CostFunction:
         chord = np.linalg.norm(self._chords(loop.control_points), axis=1)
         self.sigma = 0.5 * (chord + self._roll(chord, 1))
 
-    def curves(self, points: Floats, row: Ints) -> Rows:
+    def curves(self, points: Floats, row: Ints) -> RowCurves:
         """Return curves through control points (P, 3); place k lies on row `row[k]`."""
-        return Rows(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
+        return RowCurves(points, self.loop.advance, self.loop.rows, row % self.loop.rows)
 
     def _operator(self, row: Ints, u: Floats, order: int) -> tuple[Floats, Floats]:
         """Return a derivative at u (k, m) on rows (k,) as a linear map of the control points."""
@@ -293,7 +293,7 @@ def check_contact(cost: CostFunction, points: Floats) -> None:
 
 
 def interlocked(cost: CostFunction) -> bool:
-    """Return whether the yarns of a cost function's loops pass in front of each other as the stitches say."""
+    """Return whether the yarns of a cost function's loops pass in front of each other as their stitches require."""
     lower, upper = (
         cost.curves(cost.loop.control_points, cost.row + side).value(cost.place[:, side])[:, 2]
         for side in (0, 1)
@@ -302,7 +302,7 @@ def interlocked(cost: CostFunction) -> bool:
 
 
 def check_interlock(cost: CostFunction, points: Floats) -> None:
-    """Refuse yarns that do not pass each other as their stitches say, or cut each other; raises GeometryError."""
+    """Refuse yarns that cut each other, or do not pass each other as their stitches require; raises GeometryError."""
     near = cost.approach(points)
     in_front = near.point[:, 1, 2] > near.point[:, 0, 2]
     if (in_front != cost.loop.upper_in_front.ravel()).any() or (near.distance < SMALLEST_DISTANCE).any():

@@ -120,7 +120,7 @@ def read_texgen(path: Path) -> Fabric:
     if along_axes and np.allclose(points.last() - points.first(), periods[0]):
         return _fabric_of_table(path, table, periods)
     log.warning(
-        "%s: repeats are left out, which are not along x as the yarns and along y: %s",
+        "%s: repeats are left out because they are not along x (as the yarns) and y: %s",
         printable(str(path)),
         repeats,
     )

@@ -78,9 +78,9 @@ def knit_of_rows(
 
 
 def sample_of(loop: Loop, loops: int, rows: int, specimen: str) -> Fabric | None:
-    """Return a smaller knit in which yarns bend and meet as in one of so many loops; None where none is smaller.
+    """Return a smaller knit in which yarns bend and meet as in the large one; None if there is no smaller one.
 
-    Of a cut knit the whole one is such a sample as well.
+    The whole knit is also a sample of a cut knit.
     """
     fewer = min(loops, 3 * loop.columns), min(rows, 2 * loop.rows)
     return plain_knit(loop, *fewer) if fewer != (loops, rows) or specimen == "cut_knit" else None
@@ -119,8 +119,8 @@ def _places_of_loops(knit: Fabric, yarn: int) -> Floats:
 def sinker_arcs(knit: Fabric) -> Floats:
     """Return the arc lengths (n + 1, 2) between which a knit's first yarn runs along the bottom of its loops. [m]
 
-    From the last crossing of a loop with the row below to the first one of the next loop; half of it at the yarn's
-    ends, which lie in the middles of sinkers.
+    Each reaches from the last crossing of a loop with the row below to the first crossing of the next loop. At its
+    ends, which lie in the middles of sinkers, the yarn has half of one.
     """
     places = _places_of_loops(knit, 0)
     length = knit.centrelines[0].length

@@ -122,7 +122,7 @@ class CatmullRom:
         return np.stack(powers, axis=1).sum(axis=-1)
 
 
-class Rows(CatmullRom):
+class RowCurves(CatmullRom):
     """Curves of one period and one advance, evaluated together: every place lies on a curve of its own."""
 
     def __init__(

@@ -5,7 +5,7 @@ over tucks (T) or floats (-) has long legs; a tuck has no loop below it, and its
 loop held on the same needle; a float passes behind the loop that is held, seen from the side of its stitch. The head
 of a loop that is moved (cables, lace) lies on another needle, and its legs pass in front of or behind others.
 `LoopTarget` draws the loops, for a plain knit, and parts of them are moved (drawn "stitch meshes": Yuksel and others
-2012, ACM Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the way to rest
+2012, ACM Transactions on Graphics 31). Yarns stand apart where they cross, and no force is in balance: the relaxation
 of beams (`knit.models.beam.cell.relax`) finds the shape.
 """
 
@@ -236,7 +236,7 @@ def _require_room(
         front += np.bincount(wale, z[passes] > 0, wales)
     apart = ((front == 0) | (front == every)).all() and 0 < front.sum() < every.sum()
     if not apart or near < least:
-        what = f"is {near:.2g} m from loops, {least:.2g} m are needed: a smaller geometry.diameter_share gives room"
+        what = f"is {near:.2g} m from loops, {least:.2g} m are needed: use a smaller geometry.diameter_share"
         if not apart:
             what = "would pierce loops or lie beside all: allowed are rows of K and P, such as the rib [KP]"
         raise GeometryError(

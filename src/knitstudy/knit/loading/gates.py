@@ -40,7 +40,7 @@ NAMES = {
 }
 STORED = ("internal", "hourglass", "penalty")  # what yarns can give back
 
-# Remedy where yarns pass through each other
+# Remedy where yarns overlap
 LESS = "Use a smaller load, or an interaction and a model in which they touch"
 
 # Fewest elements across a yarn by specimen: a knit bends, a pair that is pressed together is only indented
@@ -59,9 +59,9 @@ def require_sound(
     # energy of the yarns in a response [J]: of cells that begin at rest, with what they store there
     internal: Callable[[Response], float] = lambda response: response.energy["internal"],
 ) -> None:
-    """Refuse an increment that has converged to something else than a scene asks for, by sections of the scene.
+    """Refuse a converged increment that exceeds the limits of the scene's gates.
 
-    Until solids are loaded only the ledger and the work of viscous flows are judged.
+    Until solids are loaded only the energy balance and the work of viscous flows are judged.
     Raises ConvergenceError as the functions below.
     """
     if loaded is not None and increment.load >= FIRST:
@@ -76,15 +76,15 @@ def require_sound(
         fact = "viscous flows, in place of Newton's method, have dissipated {} the internal energy"
         require_share(increment, "flow", gates.flow, *shares, fact, "Use more solver.increments")
     unloaded = UNLOADED * yarn.youngs_modulus * yarn.diameter**3
-    # Drag begins anew in every increment, so that its work and its energy differ by as much as they are
+    # Drag begins again in every increment, so that its work and its energy differ by as much as they are
     drag = 0.0 if stabilisation else increment.dragged
-    open_energy = (max(unloaded, drag, each) for each in (increment.unbalanced_so_far, increment.unbalanced))
-    require_closed_ledger(recorder, increment.index, gates.ledger, *open_energy)
+    negligible = (max(unloaded, drag, each) for each in (increment.unbalanced_so_far, increment.unbalanced))
+    require_energy_balance(recorder, increment.index, gates.ledger, *negligible)
 
 
-def refusal(fact: str, gate: str, allowed: str, remedy: str) -> str:
+def refusal(fact: str, gate: str, limit: str, remedy: str) -> str:
     """Return the message of a gate: the fault and its size, the limit, the remedy, and the key of the limit."""
-    return f"{fact}; gates.{gate} allows {allowed}. {remedy}; gates.{gate} raises the limit"
+    return f"{fact}; the limit gates.{gate} is {limit}. {remedy}; gates.{gate} raises the limit"
 
 
 def require_share(
@@ -159,15 +159,15 @@ def least_stiffness(poisson: float, patch: float) -> float:
     return 2 / ((2 - poisson) * (1 + poisson) * patch)
 
 
-def loosened(gates: Section, fewest: float | None = None) -> str:
-    """Return in words the gates that a scene opens wider than they are by default, "" if there are none.
+def relaxed_limits(gates: Section, fewest: float | None = None) -> str:
+    """Return the limits that a scene sets wider than their defaults, as text; "" if there are none.
 
     `fewest` is the default of ``gates.elements_across``.
 
     Examples
     --------
     >>> from knitstudy import load_scene
-    >>> loosened(load_scene("yarns-tie-course").vary({"gates.ledger": 0.2}).gates)
+    >>> relaxed_limits(load_scene("yarns-tie-course").vary({"gates.ledger": 0.2}).gates)
     'gates.ledger 0.2 instead of 0.05'
     """
     limits = {name: (getattr(gates, name), field.default) for name, field in type(gates).model_fields.items()}
@@ -218,24 +218,24 @@ def require_small_viscosity(
     require_share(increment, "viscous_force", gates.viscous_force, force, pull, fact, remedy)
 
 
-def require_closed_ledger(
+def require_energy_balance(
     recorder: Recorder,  # with the increment as its last one
     index: int,  # of the increment
-    limit: float,  # largest gap over the work, `gates.ledger`
+    limit: float,  # largest error over the work, `gates.ledger`
     # Up to these gaps do not count, the whole one and that of an increment: of rounding, of drag, and of forces that
     # the tolerance of the residual leaves unbalanced (`Increment.unbalanced`) [J]
     least: float = 0.0,
-    least_opened: float = 0.0,
+    least_added: float = 0.0,
 ) -> None:
-    """Refuse an increment after which the ledger of energies is open: external work = the sum of all other forms.
+    """Refuse an increment after which energies do not balance: external work = the sum of all other forms of energy.
 
-    A gap is work that the computation has made or lost: a rule that is too coarse for how the force changes within an
-    increment, or forces that no form accounts for. The addition of an increment is held against half of its own work,
-    so that none uses up the allowance of others. Where hardly any work is done yet, and for the whole gap, the work
-    counts that will have been done at full load (`path_work`).
+    The error of the balance is work that the computation has made or lost: increments are too coarse for how the force
+    changes within them, or no form of energy accounts for some force. What one increment adds to the error is compared
+    with half of the work of this increment, so that no increment uses up the allowance of others. Where hardly any work
+    is done yet, and for the whole error, the reference is the work expected up to full load (`path_work`).
 
-    Raises CoarseIncrement if this increment adds too much; ConvergenceError if the gap is too large though none did:
-    the work that was expected has not been done.
+    Raises CoarseIncrement if this increment adds too much; ConvergenceError if the error is too large although no
+    increment added too much: the expected work has not been done.
     """
     energy = np.array(recorder.columns["energy"])
     if len(energy) < 2:
@@ -243,21 +243,22 @@ def require_closed_ledger(
     whole = energy[-1]
     last = energy[-1] - energy[-2]
     balance = Balance(
-        limit, path_work(recorder), last[0], unaccounted(whole), unaccounted(last), least, least_opened
+        limit, path_work(recorder), last[0], unaccounted(whole), unaccounted(last), least, least_added
     )
-    ledger = f"increment {index}: the ledger of energies"
     share = f"{limit:.1%}"
-    if balance.opens:
-        opened = abs(balance.opened)
+    if balance.adds_too_much:
+        added = abs(balance.added)
         done = abs(balance.done)
-        fact = f"{ledger} opens further by {opened:.3g} J, {times(opened, done)} the work that is done in it"
-        allowed = f"{share}, and one increment half of that"
-        message = refusal(f"{fact}{changes(last)}", "ledger", allowed, cause(last))
-        raise CoarseIncrement(message, opened, "J", bearable=not balance.is_open)
-    if balance.is_open:
+        fact = f"increment {index}: its energy balance misses {added:.3g} J, {times(added, done)} its work"
+        message = refusal(
+            f"{fact}{changes(last)}", "ledger", f"{share}, half of it in one increment", cause(last)
+        )
+        raise CoarseIncrement(message, added, "J", bearable=not balance.is_exceeded)
+    if balance.is_exceeded:
         gap = abs(balance.gap)
         fact = (
-            f"{ledger} is open by {gap:.3g} J, {times(gap, balance.work)} the external work{changes(whole)}"
+            f"increment {index}: the energy balance misses {gap:.3g} J, {times(gap, balance.work)} the external work"
+            f"{changes(whole)}"
         )
         raise ConvergenceError(refusal(fact, "ledger", share, cause(whole)))
 
@@ -268,7 +269,7 @@ def unaccounted(energy: Floats) -> float:
 
 
 def changes(energy: Floats) -> str:
-    """Return in words the work, and the form of energy that changes most beside it, of changes (6,) by `FORMS` [J].
+    """Return as text the work, and the forms of energy that change most, from changes (6,) by `FORMS` [J].
 
     Examples
     --------
@@ -282,7 +283,7 @@ def changes(energy: Floats) -> str:
 
 
 def cause(energy: Floats) -> str:
-    """Return why a ledger is probably open, and what to do, by the changes (6,) of the `FORMS` of energy [J].
+    """Return why energies probably do not balance, and what to do, by the changes (6,) of the `FORMS` of energy [J].
 
     Yarns that snap give back what they have stored, and neither friction nor drag takes it up.
     """
@@ -319,7 +320,7 @@ def require_apart(overlap: float, index: int, limit: float, remedy: str = LESS) 
     Raises CoarseIncrement: a shorter increment may keep yarns apart that a long one takes through each other.
     """
     if overlap > limit:
-        fact = f"increment {index}: yarns pass {overlap:.2f} radii through each other"
+        fact = f"increment {index}: yarns overlap by {overlap:.2f} radii"
         raise CoarseIncrement(refusal(fact, "overlap", f"{limit:g}", remedy), overlap, "radii")
 
 

@@ -18,8 +18,7 @@ import xarray as xr
 from knitstudy.knit.geometry.columns import HISTORY
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import DrawnCellStrain
-from knitstudy.knit.scene.sections import Path as PairPath
+from knitstudy.knit.scene.sections import DrawnCellStrain, PairPath
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import Chosen
 from knitstudy.mechanics.core.increment import PHASES, Increment, PrescribedDisplacement, between_corners
@@ -165,7 +164,7 @@ def _peak_since() -> int:
     return 0
 
 
-# Forms of energy in the ledger: external work = the sum of all others
+# Forms of energy: external work = the sum of all others
 FORMS = ("external", "internal", "hourglass", "penalty", "friction", "stabilisation")
 FORMS_OF_YARNS = ("internal", "hourglass", "penalty", "friction")
 
@@ -187,7 +186,7 @@ class Stations(Chosen):
 
 @dataclass
 class Recorder:
-    """Collects increments and keeps the ledger of energies."""
+    """Collects increments and adds up their energies."""
 
     stations: Stations  # points to follow
     driven: Ints  # (k, 3) unknowns of the driven nodes by component (x, y, z)
@@ -224,7 +223,7 @@ class Recorder:
             else increment.negative_eigenvalues,
             "residual": increment.residual,
             "correction": increment.correction,
-            "energy": self._ledger(increment, displacement, reaction),
+            "energy": self._energies(increment, displacement, reaction),
             "seconds": np.array([increment.timings.get(phase, 0.0) for phase in PHASES]),
             **observed,
         }
@@ -251,14 +250,14 @@ class Recorder:
         resists = np.flatnonzero(np.abs(energy).sum(axis=1) > self.undecided)
         return (max(int(resists[0]) - 1, 0), True) if len(resists) else (len(energy) - 1, False)
 
-    def _ledger(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
-        ledger = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
+    def _energies(self, increment: Increment, displacement: Floats, reaction: Floats) -> Floats:
+        energies = np.array([increment.response.energy.get(form, 0.0) for form in FORMS])
         if self.columns:
             # Trapezoidal work of the reactions: independent of the potentials that it is compared with.
             mean = 0.5 * (reaction + self.columns["reaction"][-1])
             moved = displacement - self.columns["driven_displacement"][-1]
-            ledger[0] = self.columns["energy"][-1][0] + mean @ moved
-        return ledger
+            energies[0] = self.columns["energy"][-1][0] + mean @ moved
+        return energies
 
     def to_dataset(self, once: Mapping[str, Any] | None = None, **attributes: Any) -> xr.Dataset:
         """Return the history as a Dataset in the format of docs/reference/files.md, with further attributes.

@@ -88,7 +88,7 @@ DIGITS = 16  # length of the digest in a restart file's name
 def restart_of(folder: Path | str, name: str, digest: str) -> Path:
     """Return the restart file of a scene in a folder, and delete files of the same scene with another digest.
 
-    When the scene, the mesh or the code has changed, the digest is another one and the run starts anew. The workflow
+    When the scene, the mesh or the code has changed, the digest is another one and the run starts again. The workflow
     engine deletes the outputs of a rule before it runs it again, therefore restart files lie outside of them.
     """
     restart = Path(folder) / f"{name}-{digest[:DIGITS]}.npz"

@@ -16,7 +16,12 @@ import xarray as xr
 
 from knitstudy.errors import CoarseIncrement, ConvergenceError, DataFileError
 from knitstudy.files import replacing
-from knitstudy.knit.loading.gates import fewest_across, loosened, require_apart, require_lasting_friction
+from knitstudy.knit.loading.gates import (
+    fewest_across,
+    relaxed_limits,
+    require_apart,
+    require_lasting_friction,
+)
 from knitstudy.knit.loading.history import Meter, Motion, Recorder, Stations
 from knitstudy.knit.loading.overlap import Repeats, largest_overlap
 from knitstudy.knit.loading.run import IN_MEMORY, ReportProgress, Run, silent
@@ -119,7 +124,7 @@ def settings_of(solver: Newton, touches: bool, stride: float = np.inf) -> Settin
 def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     """Drive a model to full load and return its history, in the format of docs/reference/files.md.
 
-    An increment after which the ledger of energies is too coarse is repeated in halves, as one that does not converge
+    An increment whose energy balance misses too much is repeated in halves, as one that does not converge
     is, as long as that helps.
 
     Raises
@@ -281,7 +286,7 @@ def _history(problem: Problem, recorder: Recorder, last: Increment | None) -> xr
         scene=scene.name,
         fidelity=scene.fidelity,
         interaction=scene.interaction,
-        **({"loosened": wider} if (wider := loosened(scene.gates, fewest)) else {}),
+        **({"relaxed_limits": wider} if (wider := relaxed_limits(scene.gates, fewest)) else {}),
         **({"slack": slack} if slack else {}),
         **({"unstable": where} if last and (where := unstable(recorder)) else {}),
         unknowns=problem.model.size - len(problem.prescribed.fixed),
@@ -313,7 +318,7 @@ class Checkpoint:
     state_type: type
 
     def save(self, increment: Increment, recorder: Recorder) -> None:
-        """Write the file anew, whole or not at all.
+        """Replace the file, whole or not at all.
 
         Raises TypeError if the state holds something that a restart file cannot keep.
         """
@@ -347,7 +352,7 @@ class Checkpoint:
         except Exception as error:  # readers of damaged archives raise nearly anything
             raise DataFileError(
                 f"{self.path}: this restart file cannot be used ({error or type(error).__name__}); delete it to start "
-                "the scene anew"
+                "the scene again"
             ) from None
 
     def _restore(self, data: dict[str, Floats], recorder: Recorder) -> Increment:

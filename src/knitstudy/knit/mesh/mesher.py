@@ -12,7 +12,7 @@ from knitstudy.errors import MeshError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.mesh.quality import check_bending, check_folding, check_overlap, require_memory_to_mesh
-from knitstudy.knit.mesh.section import GROWTH, UNIFORM, Grading, Section, Spacing, place_slices
+from knitstudy.knit.mesh.section import GROWTH, UNIFORM, Grading, SectionMesh, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, Targets, sweep
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.mechanics.core.arrays import Floats, Ints
@@ -61,7 +61,7 @@ def mesh_fabric(
     for yarn, here in ends.items():
         targets[yarn] = targets[yarn].without(here)
     spacings = [crossing_spacing(fabric, yarn, size, growth, grading) for yarn in yarns]
-    section = Section.for_size(2 * radius, size)
+    section = SectionMesh.for_size(2 * radius, size)
     mesh = sweep(curves, section, radius, spacings, fabric.repeats, targets, ends, grading)
     check_bending(curves, radius)
     check_folding(mesh)
@@ -98,7 +98,7 @@ def sampled_sections(fabric: Fabric) -> SweptMesh:
     check_shape(fabric)
     radius = fabric.radius
     size = 2 * fabric.radius / ACROSS
-    section = Section.for_size(2 * radius, size)
+    section = SectionMesh.for_size(2 * radius, size)
     swept = {}
     for yarn in np.unique(fabric.copy_of).tolist():
         spacing = crossing_spacing(fabric, yarn, size, SAMPLED_GROWTH)

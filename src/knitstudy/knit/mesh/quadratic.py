@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from knitstudy.knit.geometry.spline import Centreline
 from knitstudy.knit.mesh.quality import refuse_folded
-from knitstudy.knit.mesh.section import Section, drawn, drawn_angles
+from knitstudy.knit.mesh.section import SectionMesh, drawn, drawn_angles
 from knitstudy.knit.mesh.sweep import SweptMesh, rolled, rotation_minimising, tube
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import determinant
@@ -33,14 +33,14 @@ FACE_CENTRE = np.array([-0.25] * 4 + [0.5] * 4)
 class QuadraticSection:
     """A section with the middles of its edges, on the unit disc."""
 
-    section: Section  # corners and quads, the ring on the unit circle
+    section: SectionMesh  # corners and quads, the ring on the unit circle
     edges: Ints  # (m, 2) corners of every edge
     middles: Floats  # (m, 2) places of their middles over the radius, on the ring on the circle
     quad_edges: Ints  # (e, 4) edges of every quad, the first one from its first corner to its second
     ring_edges: Ints  # (a,) edges from every surface node to the next one
 
     @classmethod
-    def of(cls, section: Section) -> QuadraticSection:
+    def of(cls, section: SectionMesh) -> QuadraticSection:
         """Return a section, its ring moved to the unit circle, with the middles of its edges."""
         points = section.points.copy()
         ring = section.ring

@@ -120,7 +120,7 @@ GIBIBYTE = 2**30
 
 
 def require_memory(need: float, key: str, size: float, what: str, power: int) -> None:
-    """Refuse a discretisation that takes more memory than is free: MeshError that says which size would fit.
+    """Refuse a discretisation that takes more memory than is free: MeshError names the size that would fit.
 
     `need` are the bytes that `what` is estimated to take; they go with the size [yarn radii], the value of a key, to
     the minus some power.
@@ -150,7 +150,7 @@ def require_memory_to_mesh(curves: Sequence[Centreline], radius: float, size: fl
 
 
 def require_memory_to_simulate(unknowns: int, bandwidth: int, size: float, nodes: int = 8) -> None:
-    """Refuse a direct simulation that does not fit into memory: MeshError that says which ``mesh.size`` would fit.
+    """Refuse a direct simulation that does not fit into memory: MeshError names the ``mesh.size`` that would fit.
 
     Factors of single yarns are bands; `bandwidth` is the largest difference of node numbers in an element.
     """

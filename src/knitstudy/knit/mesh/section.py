@@ -32,7 +32,7 @@ ROUNDING = (
 
 
 @dataclass(frozen=True, eq=False)
-class Section:
+class SectionMesh:
     """A cross-section mesh on the unit disc, to be swept along a yarn.
 
     The polygon of surface nodes has the area of the unit circle, so its nodes lie slightly outside of it: a
@@ -44,7 +44,7 @@ class Section:
     ring: Ints  # (a,) surface nodes, counter-clockwise
 
     @classmethod
-    def butterfly(cls, core: int, rings: int) -> Section:
+    def butterfly(cls, core: int, rings: int) -> SectionMesh:
         """Section with a core of ``core`` by ``core`` elements and ``rings`` rings of ``4 core`` elements."""
         # From a search over cores of 3 to 8 and one or two rings: corner sines above 0.8, areas within 1.6.
         scale = 0.27 + 0.6 * core / (core + 2 * rings)
@@ -60,7 +60,7 @@ class Section:
         return cls(*_narrow(points, quads, nodes[-1]))
 
     @classmethod
-    def for_size(cls, diameter: float, size: float) -> Section:
+    def for_size(cls, diameter: float, size: float) -> SectionMesh:
         """Section whose elements are about ``size`` wide on a yarn of ``diameter`` (both m).
 
         ``round(diameter / size)`` elements lie across, a third of them in rings. However coarse the size, the
@@ -86,7 +86,7 @@ class Section:
 
 
 def nodes_for_size(diameter: float, size: float) -> int:
-    """Return how many nodes `Section.for_size` has, without making it.
+    """Return how many nodes `SectionMesh.for_size` has, without making it.
 
     Examples
     --------

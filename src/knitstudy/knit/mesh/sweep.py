@@ -19,7 +19,7 @@ from knitstudy.knit.mesh.section import (
     SAME,
     UNIFORM,
     Grading,
-    Section,
+    SectionMesh,
     Spacing,
     drawn,
     drawn_angles,
@@ -156,7 +156,7 @@ class SweptMesh:
     """Hexahedra of all yarns, numbered yarn by yarn, slice by slice, section node by section node."""
 
     nodes: Floats  # (S q, 3) coordinates. [m]
-    section: Section
+    section: SectionMesh
     radius: float  # of the yarns. [m]
     centres: Floats  # (S, 3) centres of the slices. [m]
     frames: Floats  # (S, 3, 3) rows d1, d2 and the tangent
@@ -272,7 +272,7 @@ class SweptMesh:
                 f"{source}: not a mesh; missing {', '.join(missing)}; needed are {', '.join(names)}"
             )
         data: dict[str, Any] = {name: dataset[name].to_numpy() for name in names if name != "hexahedra"}
-        section = Section(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
+        section = SectionMesh(*(data.pop(f"section_{name}") for name in ("points", "quads", "ring")))
         data["radius"] = float(data["radius"])
         still = np.zeros((len(data["arc_length"]), 2))
         return cls(section=section, pull=dataset["pull"].to_numpy() if "pull" in dataset else still, **data)
@@ -280,7 +280,7 @@ class SweptMesh:
 
 def sweep(
     centrelines: Sequence[Centreline],
-    section: Section,
+    section: SectionMesh,
     radius: float,  # of the yarns [m]
     spacing: Spacing | Sequence[Spacing],  # one a yarn, or one for all
     periods: int = 1,

@@ -174,9 +174,7 @@ def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[st
         values = {in_section(key, section): value for key, value in values.items() if key != FRICTION}
         own = [in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
         if lacking := [key for key in own if key not in values | remaining]:
-            raise ConfigurationError(
-                f"{where}: {of} {keys[of]} gives no {', '.join(lacking)}; set what it is"
-            )
+            raise ConfigurationError(f"{where}: {of} {keys[of]} has no value of {', '.join(lacking)}; set it")
     return remaining, {tex_key: None} | values | tex
 
 
@@ -228,7 +226,7 @@ def _first_and_last(name: str, value: Any, where: str) -> tuple[int, int] | None
 
 def _only(keys: Mapping[str, Any], name: str, base: str, where: str) -> None:
     if name in keys and base in keys:
-        raise ConfigurationError(f"{where}: {name} and {base} say the same; leave one of them out")
+        raise ConfigurationError(f"{where}: {name} and {base} conflict: set only one of them")
 
 
 def _positive(name: str, value: Any, where: str) -> float:
@@ -253,7 +251,7 @@ def read_points(path: Path) -> tuple[np.ndarray, float, float]:
     Half a turn leads them along x with heads and sinkers behind the legs; the first point goes to x = 0, the middles of
     y and z to 0. The mirror image about the middle of the loop and, where the number of points is a multiple of four,
     that of the half turn about the middle of a leg are averaged in.
-    Raises ConfigurationError where the file is no table of a loop.
+    Raises ConfigurationError where the file is not a table of a loop.
     """
     try:
         points = _table(path)
@@ -361,7 +359,7 @@ class YarnFile(Section):
 
 
 def known_yarns() -> dict[str, Path]:
-    """Return the files of the yarns that are kept, by name."""
+    """Return the files of the yarn library, by name."""
     return {path.stem: path for path in sorted(FOLDER.glob("*.yaml"))}
 
 
@@ -401,15 +399,15 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
 
 
 def _estimates(
-    strands: list[Strand], values: Mapping[str, Value], where: str, said: Any = None
+    strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any = None
 ) -> dict[str, Value]:
     """Return values of T tex of fibres of t tex each; arrays hold value, upper and lower end, of strands (n, 3).
 
-    The diameter follows from the packing, or else is that of the file, or the one that the scene has `said` [m].
+    The diameter follows from the packing, or else is that of the file, or the `diameter` that the scene sets [m].
     """
     known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if isinstance(said, int | float) and said > 0:
-        known.setdefault("diameter", np.full(3, float(said)))
+    if isinstance(diameter, int | float) and diameter > 0:
+        known.setdefault("diameter", np.full(3, float(diameter)))
     packed = "packing" in known or "diameter" not in known
     if packed and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
         needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"

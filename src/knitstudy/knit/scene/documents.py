@@ -22,7 +22,7 @@ DATA = Path(str(files("knitstudy"))) / "data"
 """Data of the package; in a checkout, links to its folders."""
 
 CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "resources", "workflow"))
-"""The default configuration, the kept tables, and scripts and rules of the workflow."""
+"""The default configuration, the committed tables, and scripts and rules of the workflow."""
 
 
 LARGEST, DEEPEST = 5_000_000, 20
@@ -46,7 +46,7 @@ def _read_once(text: str, where: str) -> Any:
 
 
 def parsed(text: str, where: str) -> Any:
-    """Return the content of a YAML text; `where` begins the message of the ConfigurationError if it cannot be read."""
+    """Return the content of a YAML text; `where` is the prefix of the ConfigurationError if it cannot be read."""
     if len(text) > LARGEST:
         raise ConfigurationError(f"{where}: has {len(text)} characters; at most {LARGEST} are read")
     try:
@@ -81,7 +81,7 @@ def _read_text(path: Path) -> str:
     except FileNotFoundError as error:
         raise ConfigurationError(f"{path}: is missing; the configuration folder must have it") from error
     except UnicodeDecodeError as error:
-        message = f"is no text in UTF-8 (byte {error.start + 1}); save it as such"
+        message = f"is not UTF-8 text (byte {error.start + 1}); save it as UTF-8"
         raise ConfigurationError(f"{path}: {message}") from error
     except OSError as error:
         raise ConfigurationError(
@@ -112,13 +112,13 @@ class _Loader(yaml.CSafeLoader):
     """SafeLoader for documents that people write."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """Read keys as the text that they are, and refuse one that is there twice."""
+        """Read keys as the text that they are, and refuse a key that is defined twice."""
         seen = set()
         for key, _ in node.value:
             if not isinstance(key, yaml.ScalarNode) or key.value == "<<":
                 raise _Refused("a key must be a text", key)
             if key.value in seen:
-                raise _Refused(f"the key {key.value!r} is there twice", key)
+                raise _Refused(f"the key {key.value!r} is defined twice", key)
             key.tag = "tag:yaml.org,2002:str"
             seen.add(key.value)
         return super().construct_mapping(node, deep)
@@ -127,7 +127,7 @@ class _Loader(yaml.CSafeLoader):
         """Refuse numbers in other than tens: 045 is 37 to YAML, 1:30 is 90, and 1:30.5 is 90.5."""
         whole = node.tag.endswith(":int")
         if ":" in node.value or (whole and not re.fullmatch(r"[-+]?(0|[1-9][0-9_]*)", node.value)):
-            message = f"{node.value} is no plain number: write it in tens, or in quotes if it is a name"
+            message = f"{node.value} is not a plain number: write it in tens, or in quotes if it is a name"
             raise _Refused(message, node)
         return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
 

@@ -13,7 +13,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of, some_of
+from knitstudy.knit.scene.knitting_machine import Machine, MachineLoop, Needle, is_back, name_of, some_of
 
 EDGE = 2  # Columns between the edge of the knit and a loop where its yarn turns
 PASSES_APART = (
@@ -41,7 +41,7 @@ class Body:
 
 @dataclass(frozen=True)
 class Fault:
-    """What rows of letters cannot say."""
+    """A feature of a knit that stitch letters cannot express."""
 
     line: int
     reason: str
@@ -72,14 +72,14 @@ def _layers(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault
     return None
 
 
-def _takes_turns(rows: Sequence[list[Loop]], column: Mapping[Needle, int]) -> bool:
+def _takes_turns(rows: Sequence[list[MachineLoop]], column: Mapping[Needle, int]) -> bool:
     """Whether needles of both beds are in use, and no needle is in two passes that follow each other."""
     columns = [{column[loop.needle] for loop in row} for row in rows]
     beds = {is_back(needle) for row in rows for loop in row for _, needle in loop.stays}
     return len(beds) > 1 and any(one and other and one.isdisjoint(other) for one, other in pairwise(columns))
 
 
-def _apart(rows: Sequence[list[Loop]]) -> bool:
+def _apart(rows: Sequence[list[MachineLoop]]) -> bool:
     """Whether loops are of two groups, of which one lies in front of all yarn of the other.
 
     Loops of one pass, and loops that are drawn through each other, are of one group; so are groups that have loops in
@@ -95,7 +95,9 @@ def _apart(rows: Sequence[list[Loop]]) -> bool:
     return count > 1 and _in_front(count, _beds(rows, {loop: group[at] for loop, at in number.items()}))
 
 
-def _beds(rows: Sequence[list[Loop]], group: Mapping[Loop, int]) -> dict[tuple[int, int], set[bool]]:
+def _beds(
+    rows: Sequence[list[MachineLoop]], group: Mapping[MachineLoop, int]
+) -> dict[tuple[int, int], set[bool]]:
     """Return, for two groups, whether loops of the second are held on the back bed as the first one knits."""
     beds: dict[tuple[int, int], set[bool]] = {}
     for one, loop, needle in _held(rows):
@@ -124,9 +126,9 @@ def _groups(count: int, joined: Sequence[tuple[int, int]]) -> tuple[int, list[in
     return groups, group.tolist()
 
 
-def _held(rows: Sequence[list[Loop]]) -> Iterator[tuple[Loop, Loop, Needle]]:
+def _held(rows: Sequence[list[MachineLoop]]) -> Iterator[tuple[MachineLoop, MachineLoop, Needle]]:
     """Return a loop of every row, with each loop that is held behind or in front of it, and its needle."""
-    held: list[Loop] = []
+    held: list[MachineLoop] = []
     for row in (each for each in rows if each):
         first, *_ = row
         low, high = min(loop.position for loop in row), max(loop.position for loop in row)
@@ -161,8 +163,10 @@ def _yarns(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault 
     return None
 
 
-def _wrong_step(loop: Loop, after: Loop, column: Mapping[Needle, int], body: Body, live: _LiveColumns) -> str:
-    """Return what knits have a step of the yarn that is none of flat fabric; empty if it is one."""
+def _wrong_step(
+    loop: MachineLoop, after: MachineLoop, column: Mapping[Needle, int], body: Body, live: _LiveColumns
+) -> str:
+    """Return the kind of knit whose yarn makes this step, if it is not a flat fabric; an empty text if it is one."""
     if loop.needle not in column or after.needle not in column:
         return ""  # from or to rows that are left out
     here, there = column[loop.needle], column[after.needle]
@@ -215,7 +219,7 @@ class _LiveColumns:
 
 def _ending(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault | None:
     """Return the first needle whose loops end before the rows do, as where a piece becomes narrower."""
-    last: dict[int, Loop] = {}
+    last: dict[int, MachineLoop] = {}
     for row in body.rows:
         for loop in machine.rows[row]:
             if column[loop.needle] in body.columns:
@@ -226,7 +230,8 @@ def _ending(machine: Machine, column: Mapping[Needle, int], body: Body) -> Fault
             return Fault(
                 loop.line,
                 f"needle {name_of(loop.needle)} has no loop after row {loop.row + 1} of {body.rows[-1] + 1}: a piece "
-                f"whose needles end, as where it becomes narrower ({width_of(machine, body)}), is no endless fabric",
+                f"whose needles end, as where it becomes narrower ({width_of(machine, body)}), is not an endless "
+                "fabric",
             )
     return None
 

@@ -131,7 +131,7 @@ if TYPE_CHECKING:  # editors and type checkers see the fields of the class
 else:
 
     class _CalledByUsers(type(BaseModel)):
-        """Type of sections and of scenes: calling one makes it of what a user says."""
+        """Metaclass of sections and scenes: a call builds one from a user's keyword arguments."""
 
         def __call__(cls, **values):
             return cls.of_user(**values)
@@ -143,7 +143,7 @@ else:
 class Section(_Model):
     """A group of keys that belong together.
 
-    A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of the keys that are not said.
+    A section that is made in Python, ``Pattern(rows=4)``, has the packaged defaults of keys that are not set.
     """
 
     group: ClassVar[str] = ""
@@ -175,8 +175,8 @@ class Section(_Model):
 AnySection = TypeVar("AnySection", bound=Section)
 
 
-def said(part: Any) -> Any:
-    """Return the keys that were said of a section, as plain data; anything else as it is."""
+def explicit_keys(part: Any) -> Any:
+    """Return the explicitly set keys of a section as plain data; anything else unchanged."""
     return part.model_dump(mode="json", exclude_unset=True) if isinstance(part, Section) else part
 
 
@@ -184,13 +184,13 @@ def said(part: Any) -> Any:
 def describe(section: type[Section], name: str) -> Description:
     """Return the description of the key `name` of a section, without source and checked range."""
     known: Any = section.model_fields[name].json_schema_extra
-    assert isinstance(known, Description), f"{section.__name__}.{name} is no key"
+    assert isinstance(known, Description), f"{section.__name__}.{name} is not a key"
     return known
 
 
 @cache
 def _texts(section: type[Section]) -> dict[str, str]:
-    """Return the texts below the keys that a section has itself; none of a section that no file describes."""
+    """Return the texts below the keys that a section itself declares; none if its source code is not available."""
     try:
         source = inspect.getsource(section)
     except OSError:
@@ -252,7 +252,7 @@ def _bounded(number: str, field: FieldInfo) -> str:
 def validated(section: type[AnySection], values: Any, where: str, prefix: str = "") -> AnySection:
     """Return a section of given values, as read from YAML: lists stand for tuples.
 
-    The file or scene that they come from, `where`, begins the message of an error; `prefix` is the name of the section
+    `where`, the file or scene that they come from, is the prefix of error messages; `prefix` is the name of the section
     with a dot, or is empty.
     Raises ConfigurationError for the first key that is unknown, missing or has a value that is not allowed.
     """

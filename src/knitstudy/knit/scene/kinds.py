@@ -34,7 +34,7 @@ Sections = dict[str, type[Section]]
 Found = TypeVar("Found")
 
 ROUGH = "rough"  # the interaction of yarns in contact that cannot slip
-WORDS = {"isotropic": "friction"}  # what users read and write for names that digests and kept tables hold
+WORDS = {"isotropic": "friction"}  # what users read and write for names in digests and committed tables
 
 
 class Labels(Section):
@@ -60,8 +60,8 @@ class Labels(Section):
 
     @field_validator("interaction")
     @classmethod
-    def _kept_name(cls, said: str) -> str:
-        return next((name for name, word in WORDS.items() if word == said), said)
+    def _kept_name(cls, given: str) -> str:
+        return next((name for name, word in WORDS.items() if word == given), given)
 
 
 class Part(Labels):
@@ -76,8 +76,8 @@ class Part(Labels):
     """Of a model: the repeats of stitches that its loops may have."""
     slips: ClassVar[bool] = False
     """Of a model: whether yarns in contact have to be able to slip."""
-    idle_beside: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """Of a model: dotted keys that it does not read where other keys are all given."""
+    ignored_if_set: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """Of a model: dotted keys that it ignores if the other keys are all set."""
     implied: ClassVar[Mapping[str, Any]] = {}
     """Of a model: values by dotted key of physical keys that its scenes do not have, as it knows one value alone. They
     belong to the physical problem."""
@@ -121,7 +121,7 @@ def _joined(keys: type[Section], base: type[Section]) -> type[Section]:
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class FidelityModel:
     """A model of a fabric: its classes of scenes, name and cost."""
 
     name: str  # value of the key `fidelity`
@@ -153,7 +153,7 @@ class Model:
 
 SPECIMENS: Registry[Specimen] = Registry("specimen", "knitstudy.knit.scene.specimens")
 INTERACTIONS: Registry[Interaction] = Registry("interaction")
-MODELS: Registry[Model] = Registry("fidelity", "knitstudy.knit.models")
+MODELS: Registry[FidelityModel] = Registry("fidelity", "knitstudy.knit.models")
 """The models by the value of the key `fidelity`; every one is registered in a folder of its own."""
 
 INTERACTIONS.register(Interaction("tie", "no motion where yarns cross", friction=None))
@@ -176,7 +176,7 @@ class Kind:
 
     specimen: Specimen
     interaction: Interaction
-    fidelity: Model
+    fidelity: FidelityModel
 
     @staticmethod
     def of(labels: Labels, where: str) -> Kind:
@@ -245,11 +245,11 @@ class Kind:
 
 
 @cache
-def _kind(specimen: Specimen, interaction: Interaction, fidelity: Model) -> Kind:
+def _kind(specimen: Specimen, interaction: Interaction, fidelity: FidelityModel) -> Kind:
     return Kind(specimen, interaction, fidelity)
 
 
-def _why_not(specimen: Specimen, interaction: Interaction, fidelity: Model) -> str:
+def _why_not(specimen: Specimen, interaction: Interaction, fidelity: FidelityModel) -> str:
     """Return why a model has no scenes of a specimen with an interaction, and what has."""
     if specimen.name not in fidelity.specimens:
         others = [model.name for model in MODELS.all().values() if specimen.name in model.specimens]
@@ -336,4 +336,4 @@ def not_of_kind(kind: Kind, key: str) -> str:
     if key not in all_keys() and key not in all_sections():
         return unknown_key(key)
     of = f"specimen is {kind.specimen.name}, fidelity {kind.fidelity.name}"
-    return f"{key} is no key of a scene whose {of} and interaction {word_of(kind.interaction.name)}; leave it out"
+    return f"{key} is not a key of a scene whose {of} and interaction {word_of(kind.interaction.name)}; leave it out"

@@ -12,12 +12,12 @@ from statistics import fmean
 from typing import Any
 
 from knitstudy.errors import ConfigurationError, printable
-from knitstudy.knit.scene.knitting_machine import Loop, Machine
+from knitstudy.knit.scene.knitting_machine import Machine, MachineLoop
 
 log = logging.getLogger(__name__)
 
 Places = dict[Any, tuple[int, str]]  # column and direction of loops
-SIDES = {"Over_Right": 1, "Under_Right": -1}  # of a loop on the left that crosses, as in `Loop.passed`
+SIDES = {"Over_Right": 1, "Under_Right": -1}  # of a loop on the left that crosses, as in `MachineLoop.passed`
 
 
 def machine_of(graph: Any) -> Machine:
@@ -26,7 +26,7 @@ def machine_of(graph: Any) -> Machine:
         sources = sorted(graph)
         edges = list(graph.braid_graph.edge_iter)
     except (AttributeError, TypeError):
-        fact = f"an object of type {type(graph).__name__} is no knit"
+        fact = f"an object of type {type(graph).__name__} is not a knit"
         raise ConfigurationError(f"{fact}: allowed are paths of knitout files, and knit graphs") from None
     if all(hasattr(loop, "source_instruction") for loop in sources):
         return _machine_of_instructions(sources, edges)
@@ -90,12 +90,12 @@ def _knit(
     lines: dict[Any, int],
     names: dict[Any, str],
     last: set[Any],
-) -> dict[Any, Loop]:
+) -> dict[Any, MachineLoop]:
     """Knit stitches at their places, and return the loop of the machine for every loop of the graph.
 
     `lines` and `names` are those of first loops and of yarns in messages; yarns end behind the loops `last`.
     """
-    made: dict[Any, Loop] = {}
+    made: dict[Any, MachineLoop] = {}
     for every in stitches:
         first = every[0]
         parents = every[0].parent_loops
@@ -111,7 +111,7 @@ def _knit(
     return made
 
 
-def _cross(made: dict[Any, Loop], child: dict[Any, Any], edges: Sequence[Any]) -> None:
+def _cross(made: dict[Any, MachineLoop], child: dict[Any, Any], edges: Sequence[Any]) -> None:
     """Keep on which side loops pass each other.
 
     A machine names the loops that cross, a builder of graphs the loops that are drawn through these.
@@ -124,7 +124,9 @@ def _cross(made: dict[Any, Loop], child: dict[Any, Any], edges: Sequence[Any]) -
                 break
 
 
-def _passes(pair: tuple[Loop, Loop], children: tuple[Loop, Loop], way: str) -> bool:
+def _passes(
+    pair: tuple[MachineLoop, MachineLoop], children: tuple[MachineLoop, MachineLoop], way: str
+) -> bool:
     """Whether two loops lie the other way round than those that are drawn through them; if so keep who passes whom."""
     (left, right), (before, after) = pair, children
     apart = right.position - left.position

@@ -20,7 +20,7 @@ import numpy as np
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.flat_knit import EDGE, Body, Fault, fault_of_knit, width_of
 from knitstudy.knit.scene.knit_graph import machine_of
-from knitstudy.knit.scene.knitting_machine import Loop, Machine, Needle, is_back, name_of, some_of
+from knitstudy.knit.scene.knitting_machine import Machine, MachineLoop, Needle, is_back, name_of, some_of
 from knitstudy.knit.scene.repeat_search import largest_repeat, numbered
 from knitstudy.knit.scene.stitches import (
     MARKS,
@@ -81,10 +81,10 @@ def read_repeat(knit: Any, rows: Ends | None = None, needles: Ends | None = None
     if not rows:
         letters.require_one_yarn(body)
         if high < FEWEST and not body.repeats:
-            fact = f"row {body.rows[0] + 1} alone follows on the cast-on of all needles"
-            raise ConfigurationError(f"{machine.path}: {fact}: nothing says how it goes on")
+            fact = f"row {body.rows[0] + 1} alone follows the cast-on of all needles"
+            raise ConfigurationError(f"{machine.path}: {fact}: one row does not show the repeat")
     if not body.repeats and high > 1:
-        log.warning("%s: no rows repeat themselves: all of them are the repeat", machine.path)
+        log.warning("%s: no rows repeat: all rows are taken as the repeat", machine.path)
     names = [name_of(letters.needle[end]) for end in (body.columns[0], body.columns[-1], 0, -1)]
     read = Repeat(
         stitches, letters.spacing(body), (body.rows[0] + 1, body.rows[-1] + 1), (names[0], names[1])
@@ -132,7 +132,7 @@ class Letters:
         # Where loops of the last row would be moved is not in the file.
         self.grid = self.grid[: bound - (bound == len(self.grid) and bool(moved))]
 
-    def _write(self, loop: Loop, last: int) -> None:
+    def _write(self, loop: MachineLoop, last: int) -> None:
         """Write the letter of a loop of a file whose last loop is in line `last`."""
         place = self.place(loop)
         fault = "two loops on one needle in one pass" if self.grid[place] != "-" else ""
@@ -140,7 +140,7 @@ class Letters:
             self.faults[place] = Fault(loop.dropped or loop.line, fault)
         self.grid[place] = "T" if not loop.parents else "P" if is_back(loop.needle) else "K"
 
-    def _mark_moved(self, knitted: Sequence[Loop]) -> set[Loop]:
+    def _mark_moved(self, knitted: Sequence[MachineLoop]) -> set[MachineLoop]:
         """Add the marks of all loops that were moved to other needles, and return these loops."""
         moved = set()
         for loop in knitted:
@@ -150,7 +150,7 @@ class Letters:
                     moved.add(parent)
         return moved
 
-    def _find_racked(self, knitted: Sequence[Loop], moved: set[Loop]) -> None:
+    def _find_racked(self, knitted: Sequence[MachineLoop], moved: set[MachineLoop]) -> None:
         """Add faults of loops that stay on their needles, and are racked past others that do."""
         for loop in knitted:
             past = any(crossed for other, crossed in loop.passed.items() if other not in moved)
@@ -158,7 +158,7 @@ class Letters:
                 fault = "the back bed is racked past another loop, and both stay on their needles"
                 self.faults[self.place(loop)] = Fault(loop.line, fault)
 
-    def place(self, loop: Loop) -> Place:
+    def place(self, loop: MachineLoop) -> Place:
         """Return row and column of a loop; column -1 of a needle that is left out."""
         return loop.row, self.column.get(loop.needle, -1)
 
@@ -168,7 +168,7 @@ class Letters:
             (at for at, row in enumerate(self.machine.rows) if self._binds_off(row)), len(self.machine.rows)
         )
 
-    def _binds_off(self, row: Sequence[Loop]) -> bool:
+    def _binds_off(self, row: Sequence[MachineLoop]) -> bool:
         """Whether loops are moved to be drawn off: in a pass of a few loops, or most by the next one of the pass."""
         moved = [
             parent
@@ -179,7 +179,7 @@ class Letters:
         chained = sum(parent.row == row[0].row for parent in moved)
         return bool(moved) and (len(row) <= BINDING or 2 * chained >= len(row))
 
-    def _mark(self, loop: Loop, parent: Loop) -> None:
+    def _mark(self, loop: MachineLoop, parent: MachineLoop) -> None:
         """Add the marks of a parent that was moved to the needle of a loop."""
         place = self.place(parent)
         way = self.column[loop.needle] - self.column[parent.needle]
@@ -291,7 +291,7 @@ class Letters:
     def _nothing(self, columns: range) -> str:
         """Return why no row of some columns is a row of fabric."""
         fact = "no row follows on one in which every needle has a loop: nothing is a stitch"
-        begun: dict[int, Loop] = {}
+        begun: dict[int, MachineLoop] = {}
         for loop in self.loops:
             begun.setdefault(self.place(loop)[1], loop)
         late = max((loop for column, loop in begun.items() if column in columns), key=lambda loop: loop.row)
@@ -312,7 +312,7 @@ class Letters:
         faults = [self.faults[place] for place in map(self.place, loops) if place in self.faults]
         if faults:
             first = min(faults, key=lambda fault: fault.line)
-            raise self._refuse(first.line, f"no letter of a stitch says this: {first.reason}")
+            raise self._refuse(first.line, f"stitch letters cannot express this: {first.reason}")
         if fault := fault_of_knit(self.machine, self.column, body):
             raise self._refuse(fault.line, fault.reason)
         if wrong := wrong_stitches(stitches):
@@ -330,23 +330,24 @@ class Letters:
             widths = width_of(self.machine, body)
             return (
                 f"needle {needle} is empty where row {row} of the repeat knits on it again: a piece that becomes "
-                f"narrower or wider ({widths}) is no endless fabric"
+                f"narrower or wider ({widths}) is not an endless fabric"
             )
         return wrong
 
-    def _check_parents(self, stitches: tuple[str, ...], body: Body, loops: Sequence[Loop]) -> None:
-        """Refuse the first loop that is drawn through other loops than the letters say."""
+    def _check_parents(self, stitches: tuple[str, ...], body: Body, loops: Sequence[MachineLoop]) -> None:
+        """Refuse the first loop that is drawn through other loops than its letters mean."""
         parents, (wide, high) = parents_of_letters(stitches), size_of_repeat(stitches)
         for loop in loops:
             row, column = self.place(loop)
             here = {self.place(parent) for parent in loop.parents}
-            said = parents.get(((row - body.rows[0]) % high, (column - body.columns[0]) % wide), ())
-            letters = {(row - up, column - along) for up, along in said}
+            drawn = parents.get(((row - body.rows[0]) % high, (column - body.columns[0]) % wide), ())
+            letters = {(row - up, column - along) for up, along in drawn}
             if here != letters and all(body.holds(*place) for place in here | letters):
                 raise self._refuse(
                     loop.line,
                     f"the loop of needle {name_of(loop.needle)} is drawn through {self._names(here)}, but the letters "
-                    f"{_short(stitches)} say {self._names(letters)}: no letter says that a held loop moves",
+                    f"{_short(stitches)} say {self._names(letters)}: "
+                    "stitch letters cannot express that a held loop moves",
                 )
 
     def _refuse(self, line: int, reason: str) -> ConfigurationError:
@@ -414,8 +415,8 @@ def _short(stitches: Sequence[str]) -> str:
     return text if len(text) <= LETTERS else f"{text[:LETTERS]} ... ({len(stitches)} rows)"
 
 
-def fault_of(loop: Loop, last: int) -> str:
-    """Return what no letter says of a loop of a file whose last loop is in line `last`; empty if letters say it."""
+def fault_of(loop: MachineLoop, last: int) -> str:
+    """Return what letters cannot express of a loop, in a file whose last loop is in line `last`; else empty."""
     if len(loop.carriers) > 1:
         return (
             f"plating: a loop of the carriers {some_of(loop.carriers, ' and ')}; the yarn of a scene is one"
@@ -429,7 +430,9 @@ def fault_of(loop: Loop, last: int) -> str:
     return ""
 
 
-def columns_of(loops: Sequence[Loop], facing: bool) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
+def columns_of(
+    loops: Sequence[MachineLoop], facing: bool
+) -> tuple[dict[Needle, int], list[Needle], np.ndarray]:
     """Return the column of every needle, a needle of every column, and where columns are, in needles.
 
     Needles of both beds at one number are one column where loops went across; everywhere if they are `facing`.

@@ -41,7 +41,7 @@ Needle = tuple[str, int]  # bed and position
 
 
 @dataclass(eq=False, slots=True)
-class Loop:
+class MachineLoop:
     """A loop of yarn."""
 
     line: int  # of the file
@@ -51,18 +51,18 @@ class Loop:
     carriers: tuple[str, ...]
     row: int  # pass of the carriage
     made_in: str  # operation
-    parents: list[Loop] = field(default_factory=list)
+    parents: list[MachineLoop] = field(default_factory=list)
     """Loops it is drawn through, as they came onto the needle."""
     children: int = 0
     dropped: int = 0  # line
-    passed: dict[Loop, int] = field(default_factory=dict)
+    passed: dict[MachineLoop, int] = field(default_factory=dict)
     """Crossings with other loops: 1 for each to the right in front or to the left behind, -1 for the others."""
     cut: bool = False  # the yarn ends behind this loop
     stays: list[tuple[int, Needle]] = field(
         default_factory=list
     )  # needles on which it lies, each as a row begins
     gone: int | None = None  # the first row at whose beginning it lies on no needle any more
-    sides: dict[Loop, int] = field(default_factory=dict)
+    sides: dict[MachineLoop, int] = field(default_factory=dict)
     """On which side of it loops of the other bed lie that it was racked past."""
 
     def needle_at(self, row: int) -> Needle | None:
@@ -72,7 +72,7 @@ class Loop:
         return next((needle for begun, needle in reversed(self.stays) if begun <= row), None)
 
     def spans(self, rows: int) -> list[tuple[int, int, Needle]]:
-        """Return from which row to before which it lies on its needles, of a knit of so many rows."""
+        """Return for each of its needles the first row on it and the row after the last, in a knit of `rows`."""
         ends = [begun for begun, _ in self.stays[1:]] + [rows if self.gone is None else self.gone]
         return [
             (begun, end, needle) for (begun, needle), end in zip(self.stays, ends, strict=True) if begun < end
@@ -110,10 +110,10 @@ class Machine:
         self.line = 0
         self._words: tuple[str, ...] = ()
         self.headers: dict[str, str] = {}
-        self.rows: list[list[Loop]] = []
+        self.rows: list[list[MachineLoop]] = []
         self.rack = 0.0
-        self._beds: dict[str, dict[int, list[Loop]]] = {bed: {} for bed in FRONT + BACK}
-        self._last: dict[str, Loop | None] = {}  # carriers in action, with their last loops
+        self._beds: dict[str, dict[int, list[MachineLoop]]] = {bed: {} for bed in FRONT + BACK}
+        self._last: dict[str, MachineLoop | None] = {}  # carriers in action, with their last loops
         self._in_row: set[Needle] = set()  # needles of the row that is knitted
         self._at: tuple[tuple[str, ...], str, float] | None = (
             None  # carriers, direction and place of the carriage
@@ -194,9 +194,9 @@ class Machine:
 
     def _needle(self, word: str) -> Needle:
         if not (match := NEEDLE.fullmatch(word)):
-            raise self._refuse(f"{shown(word)} is no needle; expected is one such as f10, b-2 or fs3")
+            raise self._refuse(f"{shown(word)} is not a needle; expected is one such as f10, b-2 or fs3")
         if len(digits := match[2].lstrip("-0")) > DIGITS:
-            raise self._refuse(f"{shown(word)} is no needle of a bed; allowed are {DIGITS} digits")
+            raise self._refuse(f"{shown(word)} is not a needle of a bed; allowed are {DIGITS} digits")
         return match[1], int(digits or 0) * (-1 if match[2].startswith("-") else 1)
 
     def _position(self, needle: Needle) -> float:
@@ -209,7 +209,7 @@ class Machine:
         elif name == "knit":
             self._drop(needle)
 
-    def _loop(self, name: str, way: str, needle: Needle, carriers: list[str]) -> Loop:
+    def _loop(self, name: str, way: str, needle: Needle, carriers: list[str]) -> MachineLoop:
         if idle := [carrier for carrier in carriers if carrier not in self._last]:
             raise self._refuse(f"carrier {shown(idle[0])} is inactive yarn: no in or inhook brings it")
         self._made += 1
@@ -222,7 +222,7 @@ class Machine:
             self.rows.append([])
             self._in_row = set()
         self._at = yarn, way, along
-        loop = Loop(self.line, needle, position, way, yarn, len(self.rows) - 1, name)
+        loop = MachineLoop(self.line, needle, position, way, yarn, len(self.rows) - 1, name)
         if name != "tuck":
             loop.parents = self._taken(needle)
             for parent in loop.parents:
@@ -243,7 +243,7 @@ class Machine:
         back = self._at[2] - along
         return back <= 0 or (back <= OUT_OF_ORDER and needle not in self._in_row)
 
-    def _taken(self, needle: Needle) -> list[Loop]:
+    def _taken(self, needle: Needle) -> list[MachineLoop]:
         """Take the loops off a needle, and return them as they came onto it."""
         loops = self._beds[needle[0]].pop(needle[1], [])
         for loop in loops:
@@ -253,7 +253,7 @@ class Machine:
             loop.sides = {}
         return loops
 
-    def _hang(self, loops: list[Loop], needle: Needle) -> None:
+    def _hang(self, loops: list[MachineLoop], needle: Needle) -> None:
         """Hang loops on a needle, behind those that are there."""
         there = self._beds[needle[0]].setdefault(needle[1], [])
         there += loops
@@ -267,7 +267,7 @@ class Machine:
         for loop in self._taken(needle):
             loop.dropped = self.line
 
-    def hand(self, loops: Iterable[Loop], word: str) -> None:
+    def hand(self, loops: Iterable[MachineLoop], word: str) -> None:
         """Hang loops on a needle, in this order, wherever they are; what else is on it falls."""
         needle = self._needle(word)
         hung = list(dict.fromkeys(loops))
@@ -321,16 +321,16 @@ class Machine:
             for (place, other), loop in product(others, loops):
                 _pass(loop, other, before - place, after - place)
 
-    def loops_by_carrier(self) -> dict[str, list[Loop]]:
+    def loops_by_carrier(self) -> dict[str, list[MachineLoop]]:
         """Return the loops of every carrier, in the order of their making."""
-        of: dict[str, list[Loop]] = {}
+        of: dict[str, list[MachineLoop]] = {}
         for loop in (each for row in self.rows for each in row):
             for carrier in dict.fromkeys(loop.carriers):
                 of.setdefault(carrier, []).append(loop)
         return of
 
 
-def _pass(loop: Loop, other: Loop, before: float, after: float) -> None:
+def _pass(loop: MachineLoop, other: MachineLoop, before: float, after: float) -> None:
     """Keep on which side of a loop of the front bed a loop of the back bed is, and whether it passed behind it."""
     side = loop.sides[other] if other in loop.sides else _sign(before)
     now = _sign(after) or side

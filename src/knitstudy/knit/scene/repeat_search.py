@@ -101,7 +101,7 @@ class _Search:
             )
 
     def _repeats(self, part: Part, size: Size) -> bool:
-        """Whether a part repeats itself after so many rows, and after so many columns."""
+        """Whether a part of a grid is periodic with these numbers of rows and of columns."""
         (high, wide) = size
         cells = self.grid[part]
         self._count(2 * cells.size)

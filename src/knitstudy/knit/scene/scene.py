@@ -9,7 +9,7 @@ Specimens and models bring classes of scenes, whose fields are sections. A class
     CellOfBeams(pattern=Pattern(course_spacing=0.9e-3, wale_spacing=1.1e-3, loops=1, rows=1),
                 yarn=SetYarn(diameter=0.25e-3), load=CellStrain(strain=0.3))
 
-All that is not said has its default.
+Keys that are not set have their defaults.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from pydantic import PrivateAttr, ValidationError
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS, in_base_keys, without_yarn
 from knitstudy.knit.scene.documents import packaged_defaults
-from knitstudy.knit.scene.keys import Section, describe, lists, said, section, tuples, validated
+from knitstudy.knit.scene.keys import Section, describe, explicit_keys, lists, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
     MODELS,
     Kind,
@@ -42,7 +42,7 @@ from knitstudy.knit.scene.kinds import (
     unknown_key,
     word_of,
 )
-from knitstudy.knit.scene.sections import Path, Tension, Yarn
+from knitstudy.knit.scene.sections import PairPath, Tension, Yarn
 from knitstudy.knit.scene.shared_sections import Gates, Newton
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.materials import MATERIALS
@@ -82,15 +82,15 @@ class Scene(Part):
     """
 
     yarn: Yarn = section()
-    load: Tension | Path = section()
+    load: Tension | PairPath = section()
     solver: Newton = section()
     gates: Gates = section()
     _defaults: Mapping[str, Any] = PrivateAttr(default_factory=dict)
 
     @classmethod
     def of_user(cls, **parts: Any) -> Scene:
-        """Return the scene of the kind that a user says; ConfigurationError where a key is unknown or wrong."""
-        document = {name: said(part) for name, part in parts.items()}
+        """Return the scene of these sections and labels; ConfigurationError where a key is unknown or wrong."""
+        document = {name: explicit_keys(part) for name, part in parts.items()}
         labels = _labels(cls) | {"knit": document.get("name", NAMELESS)}
         return cls.from_dict(labels | document, "scene", packaged_defaults())
 
@@ -98,7 +98,7 @@ class Scene(Part):
     def from_dict(
         cls, document: Mapping[str, Any], where: str = "scene", defaults: Mapping[str, Any] = NOTHING
     ) -> Scene:
-        """Build a scene from a nested mapping of its keys; `where` they come from begins the message of an error.
+        """Build a scene from a nested mapping of its keys; `where` they come from is the prefix of error messages.
 
         `defaults` are values of keys that are not in the document, for scenes of any kind: keys that the scene's kind
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
@@ -173,16 +173,16 @@ class Scene(Part):
                 changes[key] = (np.array(value) * factor).tolist()
         return self._varied(changes)
 
-    def require_read(self, said: Iterable[str], where: str) -> None:
-        """Refuse keys that somebody has set beside others which make them idle; `where` begins the message."""
-        for key in said:
+    def require_read(self, explicit: Iterable[str], where: str) -> None:
+        """Refuse explicitly set keys that other keys make ineffective; `where` is the prefix of error messages."""
+        for key in explicit:
             if others := self.replaced_by(key):
                 given = f"where {', '.join(others)} {'is' if len(others) == 1 else 'are'} given"
                 raise ConfigurationError(f"{where}: {key} is not read {given}; leave it out")
 
     def replaced_by(self, key: str) -> tuple[str, ...]:
-        """Return the keys beside which nothing reads a key; none where it is read."""
-        others = self.kind.part.idle_beside.get(key, ())
+        """Return the keys that make a key ineffective because they are set; none where the key is read."""
+        others = self.kind.part.ignored_if_set.get(key, ())
         return others if all(self.value(other) is not None for other in others) else ()
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -282,7 +282,7 @@ class Scene(Part):
 
     @property
     def tex(self) -> Floats | float:
-        """Linear density [g/km] of its yarn, which yarn.of or yarn.tex says; nan where none does; see `radius`."""
+        """Linear density [g/km] of the yarn, from yarn.of or yarn.tex; nan if neither gives it; see `radius`."""
         return self.tex_of("yarn")
 
     def tex_of(self, section: str) -> float:
@@ -353,7 +353,7 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
     model = next((model for model in MODELS.all().values() if cls in model.parts), None)
     if model is None:
         known = ", ".join(part.__name__ for model in MODELS.all().values() for part in model.parts)
-        raise ConfigurationError(f"{cls.__name__} is no class of scenes of a model; take one of {known}")
+        raise ConfigurationError(f"{cls.__name__} is not a class of scenes of a model; take one of {known}")
     interaction = "isotropic" if cls.touches else "tie"
     return {
         "name": NAMELESS,
@@ -366,18 +366,18 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
 def _made(
     kind: Kind,
     labels: Labels,
-    said: Mapping[str, Any],  # keys by section
+    given: Mapping[str, Any],  # explicitly set keys by section
     defaults: Mapping[str, Any],  # the same, of any kind of scene
     where: str,
     before: Mapping[str, Section] = NOTHING,  # sections of the scene that this one is made of
 ) -> Scene:
-    """Return a scene of what is said, of what was before, and of defaults; only changed sections are checked again.
+    """Return a scene of given keys, of keys of the scene before, and of defaults; only changed sections are checked.
 
     A ConfigurationError names the first key that is wrong, or the first contradiction between sections.
     """
     fields: dict[str, Any] = dict(labels)
     for name, keys_of in kind.sections.items():
-        inside = said.get(name, {})
+        inside = given.get(name, {})
         stays = before.get(name)
         if type(stays) is keys_of and not inside:
             fields[name] = stays
@@ -422,7 +422,7 @@ def _require_same_problem(kind: Kind, before: Mapping[str, Any], where: str) -> 
         given = value if kind.has(key) else before.get(key, value)
         alike = given == value or (key == "yarn.material" and not MATERIALS.find(given).directional)
         if key.startswith(("yarn.", "load.")) and not alike:
-            of = f"fidelity {kind.fidelity.name} and specimen {kind.specimen.name} know no other"
+            of = f"only this is supported by fidelity {kind.fidelity.name} and specimen {kind.specimen.name}"
             raise ConfigurationError(f"{where}: {key} is {given!r} but must be {value!r}: {of}")
 
 
@@ -448,19 +448,19 @@ def digest(document: Any) -> str:
 
 
 def rounded(document: Any, digits: int) -> Any:
-    """Return plain data with so many digits of every number."""
+    """Return plain data with all numbers rounded to a number of significant digits."""
     text = json.dumps(document)
     return json.loads(text, parse_float=lambda number: float(f"{float(number):.{digits}g}") + 0.0)
 
 
-def questions(scene: Scene) -> list[str]:
-    """Return a question for every value that is unusual for yarns, and may be meant in another unit."""
-    asked = []
+def unit_warnings(scene: Scene) -> list[str]:
+    """Return a warning for every value that is unusual for yarns, and may be meant in another unit."""
+    warnings = []
     for name, (least, largest, unit, other) in USUAL.items():
         if not least <= (value := scene.value(name) or least) <= largest:
             usual = f"yarns have {least:g} to {largest:g} {unit}"
-            asked.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
+            warnings.append(f"{name} is {value:g} {unit}; {usual}: is it meant in {other}?")
     for name in ("pattern.course_spacing", "pattern.wale_spacing", "pattern.loop_length"):
         if (radii := (value := scene.value(name) or 0.0) / scene.yarn.radius) > LONG:
-            asked.append(f"{name} is {value:g} m, {radii:.0f} radii of the yarn: is it meant in mm?")
-    return asked
+            warnings.append(f"{name} is {value:g} m, {radii:.0f} radii of the yarn: is it meant in mm?")
+    return warnings

@@ -460,7 +460,7 @@ class CellStrain(DrawnCellStrain):
     """From rest, strains and forces refer to the spacings at rest. Checked: all three."""
 
 
-class Path(Section, group="load"):
+class PairPath(Section, group="load"):
     """The grips of the upper yarn of a pair move to the displacements of `path`, one after another.
 
     Legs are straight and take equal shares of the load factor; the first leg begins at the initial position.

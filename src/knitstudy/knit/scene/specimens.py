@@ -9,7 +9,15 @@ from pydantic import model_validator
 from knitstudy.knit.scene.keys import section
 from knitstudy.knit.scene.kinds import SPECIMENS, Specimen
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.knit.scene.sections import DrawnCellStrain, Geometry, KnitTension, Pair, Path, Pattern, Tension
+from knitstudy.knit.scene.sections import (
+    DrawnCellStrain,
+    Geometry,
+    KnitTension,
+    Pair,
+    PairPath,
+    Pattern,
+    Tension,
+)
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 
 
@@ -119,7 +127,7 @@ class Crossing(Scene):
     specimens = ("pair",)
 
     pair: Pair = section()
-    load: Path = section()
+    load: PairPath = section()
 
     @model_validator(mode="after")
     def _is_long_enough(self) -> Self:

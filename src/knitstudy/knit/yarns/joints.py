@@ -226,7 +226,7 @@ def patch_stiffness(fabric: Fabric, points: JointPoints, contacts: xr.Dataset, y
 
 
 @dataclass(frozen=True)
-class Joints:
+class CrossingJoints:
     """Joints of K crossings; a crossing without a spring that is not open is tied."""
 
     open: Bools  # (K,) crossings without a joint
@@ -242,17 +242,17 @@ class Joints:
         """Crossings that are tied (K,)."""
         return ~self.sprung & ~self.open
 
-    def pinned(self, stiffness: float | Floats) -> Joints:
+    def pinned(self, stiffness: float | Floats) -> CrossingJoints:
         """Return these joints with pins for ties: they hold the two points together and leave sections free to turn.
 
         The stiffness of the pins is the same in all directions, or a matrix (3, 3) each [N/m].
         """
         matrices = stiffness * np.eye(3) if np.ndim(stiffness) == 0 else stiffness
         pins = np.where(self.tied[:, None, None], matrices, self.stiffness)
-        return Joints(self.open, pins)
+        return CrossingJoints(self.open, pins)
 
     @classmethod
-    def all_tied(cls, count: int) -> Joints:
+    def all_tied(cls, count: int) -> CrossingJoints:
         """Return the joints of a knit whose crossings are all tied."""
         return cls(np.zeros(count, dtype=bool), np.full((count, 3, 3), np.nan))
 
@@ -328,7 +328,7 @@ class Springs:
 
     @property
     def tangential(self) -> float:
-        """The same of one stiffness for x and y together, which no turn of the axes changes [N/m]."""
+        """Isotropic in-plane version: one stiffness for x and y, whatever the orientation of the axes [N/m]."""
         return float(_nearest(self.force[:, :2], self.displacement[:, :2]))
 
     @property

@@ -31,7 +31,7 @@ from knitstudy.knit.mesh.quality import require_memory
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.knit.scene.shared_sections import Tie
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings
+from knitstudy.knit.yarns.joints import CrossingJoints, JointPoints, contacts_of_crossings
 from knitstudy.mechanics.beams.beam import BeamSection, BeamState, LinearSprings, SectionLaw
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.beams.curved_rod import CurvedSection
@@ -60,7 +60,7 @@ class Network:
     # Nodes of the beams before joints are eliminated; the paper counts degrees of freedom as 6 times this
     beam_nodes: int
     springs: LinearSprings = field(default_factory=LinearSprings.none)  # springs between yarns
-    joints: Joints | None = None  # of the crossings; None where crossings are nodes of the network
+    joints: CrossingJoints | None = None  # of the crossings; None where crossings are nodes of the network
     # (E, 3) mean curvature vector t x dt/ds of the undeformed yarn over every element [1/m]; None where
     # elements do not follow a yarn
     curvature: Floats | None = None
@@ -259,7 +259,7 @@ def spatial_network(
     # wanted length of an element in yarn radii; pieces between points C have the nearest whole number of them
     size: float,
     joint: str = "rigid",  # of ties: "rigid" or "printed", see the module
-    joints: Joints | None = None,  # by default all crossings are tied
+    joints: CrossingJoints | None = None,  # by default all crossings are tied
     stops: Mapping[int, Floats] | None = None,  # arc lengths [m] by yarn that have a node as well
 ) -> Network:
     """Return the network of a fabric.
@@ -269,7 +269,7 @@ def spatial_network(
     """
     number = sum(centreline.length for centreline in fabric.centrelines) / (size * fabric.radius)
     require_memory(number * BYTES_A_NODE, "mesh.beam_size", size, f"a network of {number:.2g} nodes", power=1)
-    joints = joints or Joints.all_tied(len(contacts.yarn))
+    joints = joints or CrossingJoints.all_tied(len(contacts.yarn))
     stops = stops or {}
     pieces = []
     for yarn_number, line in enumerate(fabric.centrelines):

@@ -106,7 +106,7 @@ class BeamSection:
 
 
 @dataclass(frozen=True)
-class Elements(Chosen):
+class BeamElements(Chosen):
     """Reference state and stiffness of E elements."""
 
     length: Floats  # (E,), reference length L [m]
@@ -117,7 +117,7 @@ class Elements(Chosen):
     natural: Floats | float = 0.0  # (E, 3), curvature K_0 at which they are free of stress [1/m]
 
     @classmethod
-    def between(cls, chord: Floats, section: SectionLaw, natural: Floats | float = 0.0) -> Elements:
+    def between(cls, chord: Floats, section: SectionLaw, natural: Floats | float = 0.0) -> BeamElements:
         """Return the elements with the reference chords (E, 3) [m] and the natural curvatures (E, 3) [1/m].
 
         Raises GeometryError if an element has no length.
@@ -145,7 +145,9 @@ class Deformation:
     halfway: Halfway  # scalars of the rotation maps
 
 
-def deform(elements: Elements, chord: Floats, R1: Floats, R2: Floats, released: float = 1.0) -> Deformation:
+def deform(
+    elements: BeamElements, chord: Floats, R1: Floats, R2: Floats, released: float = 1.0
+) -> Deformation:
     """Return the deformation for chords (E, 3) [m], end rotations (E, 3, 3) and a share of the natural curvature.
 
     Elements whose ends have turned by more than `LARGEST_ANGLE` against each other get forces of nan: a
@@ -168,13 +170,13 @@ def deform(elements: Elements, chord: Floats, R1: Floats, R2: Floats, released: 
     return Deformation(Rm, chord, Th, Gamma, K, n, m, q, f_D, halfway)
 
 
-def energy(elements: Elements, now: Deformation) -> Floats:
+def energy(elements: BeamElements, now: Deformation) -> Floats:
     """Return the stored energy (E,) [J].
 
     Examples
     --------
     >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
-    >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
+    >>> beam, straight = BeamElements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> stretched = deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight)
     >>> float(round(energy(beam, stretched)[0], 6))  # EA e^2 L / 2 [J]
     0.003927
@@ -189,7 +191,7 @@ def force(now: Deformation) -> Floats:
     Examples
     --------
     >>> section = BeamSection.circular(diameter=1e-3, youngs_modulus=1e8, poisson_ratio=0.42)
-    >>> beam, straight = Elements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
+    >>> beam, straight = BeamElements.between(np.array([[0.01, 0.0, 0.0]]), section), np.eye(3)[None]
     >>> force(deform(beam, np.array([[0.011, 0.0, 0.0]]), straight, straight))[0, 2].round(3)  # EA e [N]
     array([7.854, 0.   , 0.   ])
     """
@@ -197,7 +199,7 @@ def force(now: Deformation) -> Floats:
     return np.stack([-now.n, half_q - now.f_D, now.n, half_q + now.f_D], axis=1)
 
 
-def stiffness(elements: Elements, now: Deformation) -> Floats:
+def stiffness(elements: BeamElements, now: Deformation) -> Floats:
     """Return the exact derivative (E, 12, 12) of `force` over (u1, w1, u2, w2), with spins from the left.
 
     Set up for the changes of n, q and f_D with E' = u2 - u1, the mean spin S and the difference D of the end

@@ -58,7 +58,7 @@ class BeamModel(Memoryless):
         self._evaluated = lru_cache(maxsize=1)(self._evaluate)  # the tangent needs what forces have needed
         points = self.nodes[self.ends] + self.offsets
         self.apart = points[:, 1] - points[:, 0]
-        self.elements = beam.Elements.between(self.apart[: self.beams], section, natural)
+        self.elements = beam.BeamElements.between(self.apart[: self.beams], section, natural)
         self.size = self.block * len(self.nodes)
         self.length = float(np.mean(self.elements.length))
         self.radius = float(radius)
@@ -149,7 +149,7 @@ class BeamModel(Memoryless):
 
     def _evaluate(
         self, state: BeamState
-    ) -> tuple[Floats, Floats, list[tuple[beam.Elements, beam.Deformation]], Floats]:
+    ) -> tuple[Floats, Floats, list[tuple[beam.BeamElements, beam.Deformation]], Floats]:
         """Return current arms, ways from end to end, beams with their deformation, and the forces at all ends.
 
         Arms are (E + K, 2, 3), ways (E + K, 3), forces and moments (E + K, 4, 3): of beams, then of springs. There are
@@ -163,7 +163,7 @@ class BeamModel(Memoryless):
         pull = self.springs.at_points((chord - self.apart)[self.beams :])
         parts = [batch.part for batch in self._assembly.batches if not batch.group]
 
-        def deformed(number: int) -> tuple[beam.Elements, beam.Deformation]:
+        def deformed(number: int) -> tuple[beam.BeamElements, beam.Deformation]:
             part = parts[number]
             elements = self.elements[part]
             turned = state.rotation[self.ends[part]].swapaxes(0, 1)
@@ -173,7 +173,7 @@ class BeamModel(Memoryless):
         return arm, chord, now, np.concatenate([*(beam.force(each) for _, each in now), pull])
 
     def _tangent(
-        self, now: list[tuple[beam.Elements, beam.Deformation]], at_ends: Floats, arm: Floats
+        self, now: list[tuple[beam.BeamElements, beam.Deformation]], at_ends: Floats, arm: Floats
     ) -> sp.spmatrix:
         """Return the tangent of beams and springs, from their forces at all ends and the arms there."""
         total = self._assembly.begin_stiffness()

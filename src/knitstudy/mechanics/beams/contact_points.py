@@ -36,7 +36,7 @@ def parabolas(knots: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:
 
 
 def beside(yarn: Ints, count: Ints | int, closed: bool) -> tuple[Ints, Ints]:
-    """Return three of the places (n, 3) of yarns (n,), so many apart, and how many periods away (n, 3) they are.
+    """Return three places (n, 3) around each place, `count` places apart, and how many periods away they are (n, 3).
 
     The middle one is the place itself, but for the ends of yarns that are not closed.
 

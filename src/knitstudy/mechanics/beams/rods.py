@@ -189,10 +189,10 @@ class Rods(BeamModel):
     ) -> Iterator[Equilibrium]:
         """Yield equilibria along a leg that begins where rods are drawn, or where another leg ended.
 
-        There are `steps`, or more where Newton's method or the balance of energies needs shorter ones: energies differ
-        from the work by the share `balance` at most, unless rods snap, which the log says. `limits` are those of
-        `Settings`. From the end of the first leg on, the natural curvature acts in full; a leg on which it grows does
-        work that is not counted, and has no balance. Raises ConvergenceError as `trace` does.
+        There are `steps` increments, or more where Newton's method or the energy balance needs shorter ones. Energies
+        differ from the work by at most the share `balance`, unless rods snap; a warning in the log says so. `limits`
+        are those of `Settings`. The natural curvature grows on the first leg and acts in full afterwards; its work on
+        this leg is not counted, and the energy balance is not checked there. Raises ConvergenceError as `trace` does.
         """
         rods = self.on_leg(ends, start)
         state = self.start() if start is None else start.state

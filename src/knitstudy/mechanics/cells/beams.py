@@ -22,7 +22,7 @@ from knitstudy.mechanics.core.model import Memoryless, Response, summed
 # times EI / L^3 of the yarn of one period. Loops resist by a hundred EI / L^3 and more
 DRAG = 0.01
 
-# Load factor at which a way to rest has ended. Friction after an increment is out of balance by as much as the
+# Load factor at which a relaxation has ended. Friction after an increment is out of balance by as much as the
 # increment has moved yarns: the last increments move none.
 RELEASED = 0.9
 
@@ -125,7 +125,7 @@ class EndlessBeams(Memoryless):
     def start(self) -> EndlessState:
         """Return the state in which the load begins; yarns that touch there stick from the first increment on.
 
-        Those whose diameter and curvature grow on the way to rest begin apart.
+        Those whose diameter and curvature grow during relaxation begin apart.
         """
         state = self._begins
         if self.contact.mu and not self.ramps and state.contact.points is None:

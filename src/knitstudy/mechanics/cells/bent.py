@@ -42,7 +42,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 
 @dataclass(frozen=True, eq=False)
-class Patch:
+class BentPatch:
     """The n stations of a cell, and copies of them: beside it and above. Stations of a yarn follow each other."""
 
     owner: Ints  # (N,), station of the cell
@@ -60,7 +60,7 @@ class Patch:
         position: Floats,  # (n, 3) [m]
         vectors: Floats,  # (2, 3), of the lattice [m]
         reach: float,  # distance up to which points are to find each other [m]
-    ) -> Patch:
+    ) -> BentPatch:
         """Return the copies that come within reach, and more to both sides, through which yarns go on."""
         most = np.abs(np.linalg.inv(vectors[:, :2].T)) @ (np.ptp(position[:, :2], axis=0) + reach)
         side, above = int(ROOM * most[0]) + 2, int(ROOM * most[1]) + 1
@@ -78,7 +78,7 @@ class Patch:
         return cls(owner, np.stack([a, b], axis=1), own + b * len(period), s, place)
 
     def find(self, owner: Ints, image: Ints) -> Ints:
-        """Return the places (k,) of copies of stations (k,), so many periods (k, 2) away."""
+        """Return the places (k,) of the copies of stations (k,) that lie a number of periods (k, 2) away."""
         return self.place[image[:, 0] + len(self.place) // 2, image[:, 1], owner]
 
 
@@ -86,7 +86,7 @@ class PatchSearch(PairSearch):
     """Search for pairs of a cell with itself and with copies above it: every pair of the sheet once."""
 
     def __init__(self, of: PairSearch, image: Ints) -> None:
-        """Search among the points of a contact whose copies are so many periods (p, 2) away."""
+        """Search among the points of a contact and their copies, which lie a number of periods (p, 2) away."""
         super().__init__(of.yarn, of.arc_length, of.beside, None, None)
         self.own = np.flatnonzero(~image.any(axis=1))
         self.others = np.flatnonzero((image[:, 1] > 0) | (image[:, 0] > 0))
@@ -124,7 +124,7 @@ class BentBeams(EndlessBeams):
         state: EndlessState,  # of the flat sheet, in which bending begins
         contact: LineContact,  # of points of the patch, without period
         points: ContactPoints,
-        patch: Patch,
+        patch: BentPatch,
         along: int,  # number of the lattice vector that is bent
     ) -> None:
         super().__init__(flat.inner, flat.owner, flat.image, Lattice(flat.vectors(state)), contact, points)

@@ -73,7 +73,7 @@ class PressedBeams(Memoryless):
     block = 1
 
     def __init__(self, cell: EndlessBeams, force: float = 0.0) -> None:
-        """`force` closes the plates [N]; on a way to rest it grows with the diameter of the yarns."""
+        """`force` closes the plates [N]; during relaxation it grows with the diameter of the yarns."""
         self.cell = cell
         self.force = force
         self.length = cell.length

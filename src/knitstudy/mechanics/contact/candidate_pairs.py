@@ -12,7 +12,7 @@ from knitstudy.mechanics.contact.surface import Surfaces
 from knitstudy.mechanics.contact.tangent import CHUNK
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import Reserve, by_parts
-from knitstudy.mechanics.core.motion_bound import Boxes, Motion, moments
+from knitstudy.mechanics.core.motion_bound import AffineMotion, Boxes, moments
 
 # Distance up to which two rings share a neighbourhood, over the reach of a ring: two radii of yarns, and three.
 WIDTH = 5.0
@@ -44,7 +44,7 @@ class Neighbourhoods:
         self._boxes, *self._wider = boxes
         self.of_ring = self._boxes.of_ring
 
-    def motion(self, now: Floats, then: Floats) -> Motion:
+    def motion(self, now: Floats, then: Floats) -> AffineMotion:
         """Return how the surroundings of every box have moved between two states of the carriers (M, 3)."""
         return self._boxes.motion(*self._displacements(now, then))
 

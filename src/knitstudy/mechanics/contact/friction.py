@@ -16,7 +16,7 @@ from knitstudy.mechanics.core.batches import Chosen
 
 
 @dataclass(frozen=True, eq=False)
-class ContactPoints:
+class FrictionPoints:
     """Pairs that touch in one configuration, or did at the last converged increment; all other pairs are open."""
 
     followed: ContactHistory  # of all pairs that are followed
@@ -159,7 +159,7 @@ class ContactHistory(Chosen):
 
 
 def same_pair(history: ContactHistory, arc: Floats, old: ContactHistory, old_arc: Floats) -> Ints:
-    """Return for pairs found anew the same pair of an older history, or -1: the same point on the same piece.
+    """Return for newly found pairs the same pair of an older history, or -1: the same point on the same piece.
 
     Arc lengths (k,) and (c,) of their closest points are over the least distance of two pieces of a surface.
     """

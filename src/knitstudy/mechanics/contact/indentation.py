@@ -21,7 +21,7 @@ from knitstudy.mechanics.core.cylinder import ACROSS, ALONG
 
 
 @dataclass(frozen=True)
-class Crossing:
+class CylinderContact:
     """Contact of two cylinders of unit radius at an angle; lengths are over R, forces over E* R^2."""
 
     curvature: tuple[float, float]  # A and B
@@ -30,7 +30,7 @@ class Crossing:
     approach: float  # of far points of both bodies, over P^(2/3)
 
     @classmethod
-    def at(cls, angle: float) -> Crossing:
+    def at(cls, angle: float) -> CylinderContact:
         """Return the contact at an angle between the axes, 0 < angle <= pi / 2."""
         a = 0.5 * (1 - np.cos(angle))
         b = 0.5 * (1 + np.cos(angle))
@@ -241,7 +241,7 @@ def _curve(
     angle: float, degree: int, span: float, spline_degree: int, poisson: float
 ) -> tuple[Floats, Floats, Floats]:
     """Return q = sqrt(D / R), F / (E q^3) and the share of sticking t / (dp/dD) for rising forces, from no force on."""
-    hertz = Crossing.at(angle)
+    hertz = CylinderContact.at(angle)
     yarn = patched_yarn(degree, span, spline_degree, poisson)
     elastic = 0.5 / (1 - poisson**2)  # E* over E
     mindlin = 0.5 * (2 - poisson) / (1 - poisson)

@@ -22,8 +22,8 @@ from knitstudy.mechanics.contact.friction import (
     OPEN,
     SLIP,
     ContactHistory,
-    ContactPoints,
     Coulomb,
+    FrictionPoints,
     TouchedPoints,
 )
 from knitstudy.mechanics.contact.indentation import Indentation
@@ -43,7 +43,7 @@ PASS_SHARE = 0.5  # each of the two surfaces' points carries half of the contact
 class ContactResponse:
     """Forces of contact in one configuration."""
 
-    points: ContactPoints
+    points: FrictionPoints
     node_force: Floats  # (N, 3), internal force at all nodes [N]
     # "penalty": stored in penetration and elastic slip; "friction": dissipated since the start; "numerical": the part
     # of the penalty that stands for no deformation of the bodies [J]
@@ -76,8 +76,8 @@ class Contact:
     ) -> None:
         if isinstance(law, Indentation) and not isinstance(surfaces, Cylinders):
             raise ConfigurationError(
-                "the law of indentation adds what spline yarns do not show of it, but these are surfaces of other "
-                "elements, which show all of it: use Coulomb"
+                "the law of indentation adds the part of an indentation that spline yarns cannot resolve; these "
+                "surfaces belong to other elements, which resolve all of it: use Coulomb"
             )
         self.surfaces, self.law, self.margin, self.splits = surfaces, law, margin, splits
         self._undeformed = surfaces.carry(nodes)
@@ -102,7 +102,7 @@ class Contact:
         before: Floats,  # (N, 3), where they were at the last converged increment [m]
         history: ContactHistory,  # of that increment
         pulled: bool = False,
-    ) -> ContactPoints:
+    ) -> FrictionPoints:
         """Evaluate all pairs that can touch; pressures and slips of those alone that touch or touched.
 
         Those are left out whose surfaces have moved too little since their gap was last known to close it. Of surfaces
@@ -135,7 +135,7 @@ class Contact:
         traction, status = local.traction(trial, pressure)
         if pulled:
             pressure = np.where(status == OPEN, 0.0, -local.normal * gap)
-        return ContactPoints(
+        return FrictionPoints(
             followed=every,
             least=least,
             carriers=carriers,
@@ -180,7 +180,7 @@ class Contact:
             rate += np.reshape(local.slope / local.tangential, (-1, 1)) * step
         return slip, rate, share
 
-    def forces(self, points: ContactPoints, stiffness: bool) -> ContactResponse:
+    def forces(self, points: FrictionPoints, stiffness: bool) -> ContactResponse:
         """Return the forces of pairs that `points` has evaluated and, if asked, the tangent."""
         active = points.active
         weight = PASS_SHARE * self.quadrature.area[points.history.point[active]]
@@ -208,7 +208,7 @@ class Contact:
         energy = self._energy(points, active, weight)
         return ContactResponse(points, self.surfaces.collect(carried), energy, *tangents)
 
-    def commit(self, points: ContactPoints) -> ContactHistory:
+    def commit(self, points: FrictionPoints) -> ContactHistory:
         """Return the history that a converged increment leaves.
 
         Raises ConvergenceError if a point that touched has slid over the edge of the surface that it faced.
@@ -248,7 +248,7 @@ class Contact:
         )
         return self._candidates.replace_history(every, committed, points.carriers)
 
-    def augment(self, points: ContactPoints) -> ContactHistory:
+    def augment(self, points: FrictionPoints) -> ContactHistory:
         """Return the history with multipliers (Uzawa) that carry the present pressure without penetration."""
         history, every, number = points.history, points.followed, points.number
         touches = points.status != OPEN
@@ -277,7 +277,7 @@ class Contact:
         """Return the undeformed positions (k, 3) of Gauss points (k,) [m]."""
         return self._search.positions(point, self._undeformed)
 
-    def smallest_gap(self, points: ContactPoints) -> float:
+    def smallest_gap(self, points: FrictionPoints) -> float:
         """Return the smallest gap of all pairs that are followed [m]; inf if there are none."""
         nearest = float(points.evaluated_gap.min(initial=np.inf))
         rest = points.followed[points.least < nearest]
@@ -285,7 +285,7 @@ class Contact:
         _, gap = self._search.closest(rest.point, rest.surface, rest.xi, position, points.carriers)
         return min(nearest, float(gap.min(initial=np.inf)))
 
-    def _energy(self, points: ContactPoints, active: Ints, weight: Floats) -> dict[str, float]:
+    def _energy(self, points: FrictionPoints, active: Ints, weight: Floats) -> dict[str, float]:
         angle = None if points.angle is None else points.angle[active]
         pressed = self.law.stored(points.gap[active], points.pressure[active], angle)
         sheared = 0.5 * np.einsum("ki,ki->k", points.traction[active], points.traction[active])
@@ -293,7 +293,7 @@ class Contact:
         lost = float(points.history.dissipated) + self._dissipation(points)
         return {"penalty": stored, "friction": lost, "numerical": stored if self.law.numerical else 0.0}
 
-    def _dissipation(self, points: ContactPoints) -> float:
+    def _dissipation(self, points: FrictionPoints) -> float:
         """Return the work of friction within the increment, mu p |slip| with the mean pressure of it [J]."""
         lost = 0.0 if points.angle is None else self._hysteresis(points, points.angle)
         if not np.isfinite(self.law.friction):
@@ -305,7 +305,7 @@ class Contact:
         mean = 0.5 * (pressure + points.history.pressure[active])
         return lost + float(np.sum(weight * self.law.friction * mean * length))
 
-    def _hysteresis(self, points: ContactPoints, angle: Floats) -> float:
+    def _hysteresis(self, points: FrictionPoints, angle: Floats) -> float:
         """Return the loss of energy at sticking points as their stiffness changes with the gap [J].
 
         New stiffness carries nothing, and lost stiffness takes its share along: neither does work.
@@ -321,7 +321,7 @@ class Contact:
 
 
 def _rows(number: Ints, count: int) -> np.ndarray:
-    """Return which row (count,) of a table belongs to pairs, whose numbers (k,) its rows have; -1: none."""
+    """Return the row of a table for each of `count` pairs, -1 for none; `number` (k,) is the pair of each row."""
     row = np.full(count, -1, dtype=np.int32)
     row[number] = np.arange(len(number))
     return row

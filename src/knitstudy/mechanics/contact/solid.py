@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from knitstudy.errors import ConvergenceError
-from knitstudy.mechanics.contact.friction import ContactHistory, ContactPoints
+from knitstudy.mechanics.contact.friction import ContactHistory, FrictionPoints
 from knitstudy.mechanics.contact.interaction import Contact, ContactResponse
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.mechanics.core.assembly import Assembly
@@ -168,7 +168,7 @@ class SolidModel:
         self._room = self.assembly.entries // 2 if contact else 0
         self._sum: PatternSum | None = None
         self._reserve = contact.reserve if contact else Reserve()  # of tangents
-        self._evaluated: tuple[SolidState, ContactPoints] | None = None
+        self._evaluated: tuple[SolidState, FrictionPoints] | None = None
 
     def start(self) -> SolidState:
         """Return the undeformed state."""
@@ -202,7 +202,7 @@ class SolidModel:
         """Return the displacement (N, 3) of all nodes [m], tied ones included."""
         return self._spread(state.displacement)
 
-    def contact_points(self, state: SolidState) -> ContactPoints:
+    def contact_points(self, state: SolidState) -> FrictionPoints:
         """Return all pairs of points and surfaces that are near each other."""
         assert self.contact is not None, "this model has no contact"
         if self._evaluated is None or self._evaluated[0] is not state:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from knitstudy.mechanics.contact.friction import ContactPoints
+from knitstudy.mechanics.contact.friction import FrictionPoints
 from knitstudy.mechanics.contact.surface import Kinematics, Stencil, Surfaces, metric
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import Reserve, by_parts, share
@@ -181,7 +181,7 @@ class CellPairs:
 
 
 def stiffness(
-    points: ContactPoints,
+    points: FrictionPoints,
     weight: Floats,  # (a,), area that each touching point stands for in its pass [m2]
     own: Stencil,  # of the touching points on their own surfaces and of their closest points
     other: Stencil,  # likewise
@@ -219,7 +219,7 @@ def stiffness(
     return share(lambda n: pairs.sum(lines[n], inners[n], pair, data[n]), wanted), pairs
 
 
-def _point_tangents(points: ContactPoints, active: Ints) -> tuple[Floats, Floats]:
+def _point_tangents(points: FrictionPoints, active: Ints) -> tuple[Floats, Floats]:
     """Return B (a, 9, 9) of R's derivative V^T B V, and the symmetric stiffness (a, 3, 3), without weights."""
     projection, law = points.projection[active], points.law[active]
     kinematics = Kinematics.of(projection)

@@ -115,7 +115,7 @@ class Reserve:
         self._flat = np.empty(0)
 
     def arrays(self, *shapes: tuple[int, ...]) -> list[np.ndarray]:
-        """Return arrays whose content is arbitrary, in the memory of earlier ones if nothing refers to any of them.
+        """Return arrays of arbitrary content, in the memory of earlier arrays if nothing refers to them any more.
 
         Examples
         --------
@@ -222,7 +222,7 @@ def share(work: Callable[[int], Result], count: int) -> list[Result]:
 
 
 def parts(count: int, size: int) -> list[slice]:
-    """Return slices of `size` of so many, at least one.
+    """Return slices of `size` items each that cover all items; at least one slice.
 
     Examples
     --------
@@ -235,7 +235,7 @@ def parts(count: int, size: int) -> list[slice]:
 def by_parts(
     work: Callable[[slice], np.ndarray | Chosen | tuple[np.ndarray | Chosen, ...]], count: int, size: int
 ) -> Any:
-    """Return the arrays that ``work(part)`` returns, of `size` of so many at a time: that bounds the memory.
+    """Return the arrays of ``work(part)`` over all items, `size` items at a time: this bounds the memory.
 
     Examples
     --------

@@ -32,21 +32,21 @@ class Balance:
     work: float  # that counts: what has been done, and what is expected on the rest of the path [J]
     done: float  # in the last increment [J]
     gap: float  # work since the path began, less the change of all energies [J]
-    opened: float  # change of the gap in the last increment [J]
+    added: float  # change of the gap in the last increment [J]
     # Up to these gaps do not count: the whole one, and that of an increment [J]
     least: float = 0.0
-    least_opened: float = 0.0
+    least_added: float = 0.0
 
     @property
-    def is_open(self) -> bool:
+    def is_exceeded(self) -> bool:
         """Whether the gap is too large."""
         return abs(self.gap) > max(self.limit * self.work, self.least)
 
     @property
-    def opens(self) -> bool:
-        """Whether the last increment has added too much: so that none uses up the allowance of others."""
+    def adds_too_much(self) -> bool:
+        """Whether the last increment added too much: no increment may use up the allowance of others."""
         own = max(OWN_SHARE * abs(self.done), EARLY_SHARE * self.work)
-        return abs(self.opened) > max(self.limit * own, self.least_opened)
+        return abs(self.added) > max(self.limit * own, self.least_added)
 
 
 def expected_work(done: float, before: float, force: float, moved: float, left: float) -> float:
@@ -82,23 +82,23 @@ def balanced(
 ) -> Iterator[tuple[Increment, float, float]]:
     """Yield increments of a path that are short enough for the balance of energies, with work so far and gap [J].
 
-    An increment that opens the balance is rejected as long as shorter ones open it less. One that opens it however
-    short it is, as where a structure snaps, is yielded with a warning in the log.
+    An increment that adds too much to the gap is rejected as long as shorter ones add less. Where shorter ones add no
+    less, as where a structure snaps, the increment is yielded with a warning in the log.
     """
     work, gap = 0.0, 0.0
     errors: list[float] = []  # of an increment and of those that it is a part of
     each = next(increments, None)
     while each is not None:
-        while (balance := _balance(past, each, drive, limit, work, gap)).opens:
-            errors.append(abs(balance.opened))
+        while (balance := _balance(past, each, drive, limit, work, gap)).adds_too_much:
+            errors.append(abs(balance.added))
             reason = (
-                f"increment {each.index} does a work of {balance.done:.3g}, of which no form of energy has "
-                f"{balance.opened:.3g}"
+                f"increment {each.index} does a work of {balance.done:.3g}; its energy balance misses "
+                f"{balance.added:.3g}"
             )
             if not worth_halving(errors):
                 log.warning(
-                    "%s, and shorter ones have no less: at load factor %.6g something snaps, or friction was not in "
-                    "balance where the path begins",
+                    "%s, and shorter increments miss as much: at load factor %.6g the structure snaps, or friction was "
+                    "not in equilibrium at the start of the path",
                     reason,
                     each.load,
                 )
@@ -127,14 +127,14 @@ def _balance(
     before, after = (float(drive(each) @ moved) / change for each in (past, now))
     done = 0.5 * (before + after) * change
     stored, stored_before = (sum(each.response.energy.values()) for each in (now, past))
-    opened = done - (stored - stored_before)
+    added = done - (stored - stored_before)
     so_far = max(abs(work), abs(work + done))
     return Balance(
         limit=limit,
         work=expected_work(so_far, before, after, change, 1.0 - now.load),
         done=done,
-        gap=gap + opened,
-        opened=opened,
+        gap=gap + added,
+        added=added,
         least=now.unbalanced_so_far,
-        least_opened=now.unbalanced,
+        least_added=now.unbalanced,
     )

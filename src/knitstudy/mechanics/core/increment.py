@@ -54,7 +54,7 @@ class PrescribedDisplacement:
             )
 
     def require_of(self, size: int) -> None:
-        """Refuse unknowns that a model of so many has not."""
+        """Refuse prescribed unknowns beyond the size of the model."""
         last = int(np.max(self.fixed, initial=-1))
         if last >= size:
             raise ConfigurationError(

@@ -17,7 +17,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.core.increment import Hold, Increment, PrescribedDisplacement, Rate, Settings
 from knitstudy.mechanics.core.linear import LinearSolver
 from knitstudy.mechanics.core.model import Model, summed
-from knitstudy.mechanics.core.newton import AMPLE, Iterate, Newton, NotConverged
+from knitstudy.mechanics.core.newton import AMPLE, NewtonIterate, NewtonSolver, NotConverged
 
 log = logging.getLogger(__name__)
 
@@ -49,7 +49,7 @@ def trace(
     iterations bring nothing, or rounding keeps the residual up; increments that were yielded stay valid.
     """
     parts = model, prescribed, settings, solver
-    newton = Newton(*parts) if guide is None else GuidedNewton(guide, *parts)
+    newton = NewtonSolver(*parts) if guide is None else GuidedNewton(guide, *parts)
     if resume is None:
         state = model.start()
         resume = Increment(0, 0.0, state, model.respond(state, stiffness=False), 1.0 / settings.increments)
@@ -75,7 +75,7 @@ def trace(
 class _Path:
     """The last accepted increment, and attempts at the next one, with what they have cost."""
 
-    def __init__(self, newton: Newton, now: Increment) -> None:
+    def __init__(self, newton: NewtonSolver, now: Increment) -> None:
         self.newton, self.flow = newton, Flow(newton)
         self.settings, self.prescribed = newton.settings, newton.prescribed
         self.waste = max(self.settings.waste, int(WORK / (500 + newton.model.size)))
@@ -172,7 +172,7 @@ Guide = Callable[[float, float], np.ndarray | None]
 """Returns an estimate of the change (size,) of all unknowns between two load factors, or None."""
 
 
-class GuidedNewton(Newton):
+class GuidedNewton(NewtonSolver):
     """Newton's method whose iterations begin at the guess of a guide; where these fail, as without a guide."""
 
     def __init__(self, guide: Guide, *parts: Any) -> None:
@@ -209,7 +209,7 @@ class GuidedNewton(Newton):
             return [change]
         return [change + span * (last.step - past / last.increment), change]
 
-    def _closed(self, at: Iterate, now: Increment, target: float) -> Iterate:
+    def _closed(self, at: NewtonIterate, now: Increment, target: float) -> NewtonIterate:
         """Return the state near a first guess that is balanced with springs around it.
 
         Slack loops have motions of nearly no stiffness: corrections would be of metres.
@@ -249,7 +249,7 @@ STRIDE = 0.5
 class Flow:
     """A viscous flow in place of Newton's method alone, for one increment of the load at a time."""
 
-    def __init__(self, newton: Newton) -> None:
+    def __init__(self, newton: NewtonSolver) -> None:
         self.newton = newton
         self.spent = np.zeros(2, dtype=int)  # iterations of Newton's method and the linear solver
 
@@ -276,7 +276,7 @@ class Flow:
         self.spent = spent = np.zeros(2, dtype=int)
         while spent[0] <= most and level <= MOST:
             viscosity = level * self.newton.unit
-            viscous = Newton(model, prescribed, near, self.newton.solver, hold=Hold(viscosity))
+            viscous = NewtonSolver(model, prescribed, near, self.newton.solver, hold=Hold(viscosity))
             try:
                 reached = viscous.increment(anchor, target, guess)
                 step = reached.rates[0].step * change

@@ -106,7 +106,7 @@ class Model(Protocol):
         """Return force, energies and, if asked, the tangent of a state; earlier calls do not change it."""
 
     def settle(self, state: Any) -> Any | None:
-        """Return None if a balanced state is acceptable, or the state to balance anew.
+        """Return None if a balanced state is acceptable, or the state to balance again.
 
         Raises ConvergenceError if the state is unacceptable and cannot be improved.
         """
@@ -216,7 +216,7 @@ class Stabilisation:
 
 
 # A yarn that only contact holds has drag: a stiffness against its displacement since the increment began. The drag is
-# large at first, so that contacts close; it is then reduced to `FADED`, and the state is balanced anew.
+# large at first, so that contacts close; it is then reduced to `FADED`, and the state is balanced again.
 
 DRAG = 1e-4  # at first, over E V / h^2, V the volume of a node
 # Drag in the end: a loop of 50 radii with elements of R / 3 resists by a hundred EI / L^3, 40,000 times as much. With

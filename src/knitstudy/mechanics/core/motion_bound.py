@@ -43,7 +43,7 @@ def smallest_stretch(gradient: Floats) -> np.ndarray:
 
 
 @dataclass(frozen=True, eq=False)
-class Motion:
+class AffineMotion:
     """Affine maps, and how far places may be from where these take them."""
 
     shrink: Floats  # (b,), smallest stretch of every map
@@ -105,7 +105,7 @@ class Boxes:
         beside_each = np.ones(len(pairs)), (self._one, self._other)
         self._beside = sp.csr_matrix(beside_each, shape=(len(keys), len(keys)))
 
-    def motion(self, place: Floats, way: Floats, moments: Floats) -> Motion:
+    def motion(self, place: Floats, way: Floats, moments: Floats) -> AffineMotion:
         """Return how the surroundings of boxes have moved.
 
         Control points (S, a, 3) have places and ways [m], with `moments`.
@@ -125,7 +125,7 @@ class Boxes:
         apart = _farthest(maps.at(self._other, corners) - maps.at(self._one, corners))
         largest = np.zeros(self.count)
         np.maximum.at(largest, self._one, own[self._other] + apart)
-        return Motion(maps.shrink, self._overshoot * largest)
+        return AffineMotion(maps.shrink, self._overshoot * largest)
 
     def _largest(self, values: Floats) -> Floats:
         """Return the largest values (b, ...) of control points (S, ...) in boxes, minus infinity without one."""

@@ -45,7 +45,7 @@ class NotConverged(Exception):
 
 
 @dataclass
-class Iterate:
+class NewtonIterate:
     """A state on its way to equilibrium within one increment.
 
     `total` is its change (size,) from the beginning, `updates` what `total` was whenever the model settled the state;
@@ -77,7 +77,7 @@ class Iterate:
         return self.iterations - int(np.argmin(self.residuals[len(self.residuals) - 1 - self.iterations :]))
 
 
-class Newton:
+class NewtonSolver:
     """Newton's method for one increment of the load at a time."""
 
     def __init__(
@@ -116,8 +116,8 @@ class Newton:
         """Return the converged increment that the path's own first guess leads to, or raise NotConverged."""
         return self._iterate_from(self._predict(now, target), now, target)
 
-    def _reset(self, at: Iterate) -> None:
-        """Start iterations anew in a state whose forces have changed."""
+    def _reset(self, at: NewtonIterate) -> None:
+        """Start the iterations again in a state whose forces have changed."""
         at.iterations = 0
         at.correction = np.inf
         at.tangent_is_stale = True
@@ -125,7 +125,7 @@ class Newton:
         self._require_finite(at.response)
         at.residuals.append(self.residual(at.response))
 
-    def _iterate_from(self, at: Iterate, now: Increment, target: float) -> Increment:
+    def _iterate_from(self, at: NewtonIterate, now: Increment, target: float) -> Increment:
         """Return the converged increment that iterations from a state lead to, or raise NotConverged."""
         try:
             while not self._is_accepted(at, now):
@@ -135,7 +135,7 @@ class Newton:
             self.solver.forget()
         return self._converged(at, now, target)
 
-    def _iterate(self, at: Iterate, now: Increment, target: float) -> Iterate:
+    def _iterate(self, at: NewtonIterate, now: Increment, target: float) -> NewtonIterate:
         """Return the state after one iteration of Newton's method, or raise NotConverged."""
         self._require_progress(at)
         # A balanced state needs only the proof that its last correction is small: the tangent of the iteration
@@ -154,14 +154,14 @@ class Newton:
             return self._predict(now, target, turned=True)
         return at
 
-    def _start_at(self, now: Increment, target: float, guess: Floats) -> Iterate:
+    def _start_at(self, now: Increment, target: float, guess: Floats) -> NewtonIterate:
         """Return the state with which the iterations start, a guess (size,) away from where the increment begins."""
         state = self.model.advance(self.model.begin(now.state, target, target - now.load), guess)
         response = self._respond(state, guess, stiffness=False)
         self._require_finite(response)
-        return Iterate(state, guess.copy(), response, [self.residual(response)], changed=True)
+        return NewtonIterate(state, guess.copy(), response, [self.residual(response)], changed=True)
 
-    def _predict(self, now: Increment, target: float, turned: bool = False) -> Iterate:
+    def _predict(self, now: Increment, target: float, turned: bool = False) -> NewtonIterate:
         """Return the state with which the iterations start: on the curve through those before, or on its tangent.
 
         Where the path has turned, the curve through earlier states predicts badly.
@@ -176,7 +176,7 @@ class Newton:
 
     def _predicted(
         self, now: Increment, target: float, rates: tuple[Rate, ...], change: Floats | None = None
-    ) -> Iterate:
+    ) -> NewtonIterate:
         """Return the predicted state: a change (size,) away, or else by rates; without these, by the tangent.
 
         A straight step stretches yarns that turn, and the tangent of the state accounts for that. A curve through
@@ -196,7 +196,7 @@ class Newton:
         response = self._respond(state, total, stiffness=False)
         residuals = [self.residual(response)]
         changed = response.status is not None
-        return Iterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
+        return NewtonIterate(state, total, response, residuals, changed=changed, extrapolated=bool(rates))
 
     def _guess(self, now: Increment, begun: Any, target: float, rates: tuple[Rate, ...]) -> Floats:
         """First guess (size,) of the change of all unknowns, exact where they are prescribed."""
@@ -216,10 +216,10 @@ class Newton:
         change[self.prescribed.fixed] = self.prescribed.at(target) - self.prescribed.at(now.load)
         return change
 
-    def _in_equilibrium(self, at: Iterate) -> bool:
+    def _in_equilibrium(self, at: NewtonIterate) -> bool:
         return at.residual <= self.settings.residual_tolerance
 
-    def _is_accepted(self, at: Iterate, now: Increment) -> bool:
+    def _is_accepted(self, at: NewtonIterate, now: Increment) -> bool:
         """Return whether a state has converged and its model accepts it as it is; else it has to be balanced further.
 
         A state that the next update of the model changes anyway need not be balanced to the last digit.
@@ -233,12 +233,12 @@ class Newton:
                 return converged
             self._continue_settled(at, settled, now)
 
-    def _correction_is_small(self, at: Iterate) -> bool:
+    def _correction_is_small(self, at: NewtonIterate) -> bool:
         """Return whether the last correction is small, or the state balanced so well that corrections do not count."""
         ample = at.residual <= AMPLE * self.settings.residual_tolerance and np.isfinite(at.correction)
         return bool(at.correction <= self.settings.correction_tolerance or ample)
 
-    def _continue_settled(self, at: Iterate, settled: Any, now: Increment) -> None:
+    def _continue_settled(self, at: NewtonIterate, settled: Any, now: Increment) -> None:
         """Continue from a settled state, by the change after the same settling in the increment before."""
         at.state = settled
         at.updates.append(at.total.copy())
@@ -248,7 +248,7 @@ class Newton:
             at.total = at.total + step
         self._reset(at)
 
-    def _require_progress(self, at: Iterate) -> None:
+    def _require_progress(self, at: NewtonIterate) -> None:
         """Raise NotConverged if iterations make no progress, ConvergenceError if no shorter increment can help."""
         settings = self.settings
         if at.iterations == settings.iterations or at.idle >= settings.patience:
@@ -264,7 +264,7 @@ class Newton:
                 "to that of the elements, a larger load or a larger tolerance of the residual"
             )
 
-    def _accept(self, at: Iterate, taken: Trial) -> None:
+    def _accept(self, at: NewtonIterate, taken: Trial) -> None:
         """Accept the trial state of the line search."""
         at.changed = not taken.response.same_status(at.response)
         at.state, at.response = taken.state, taken.response
@@ -283,7 +283,7 @@ class Newton:
         number = len(at.residuals) - 1
         log.debug("iteration %d: residual %.3e, correction %.3e h", number, at.residual, at.correction)
 
-    def _converged(self, at: Iterate, now: Increment, target: float) -> Increment:
+    def _converged(self, at: NewtonIterate, now: Increment, target: float) -> Increment:
         change = target - now.load
         response = at.response
         if now.damped:
@@ -310,7 +310,7 @@ class Newton:
             timings=self.seconds,
         )
 
-    def _unbalanced_work(self, at: Iterate) -> float:
+    def _unbalanced_work(self, at: NewtonIterate) -> float:
         """Return the most work that forces can have done which the tolerance of the residual leaves unbalanced [J].
 
         No unbalanced force is larger than the tolerance times the mean force, and each works on its own displacement:
@@ -366,7 +366,7 @@ class Newton:
         held = self.hold is not None and np.any(self.hold.stiffness)
         return count or None if held else count
 
-    def _forcing(self, at: Iterate) -> float:
+    def _forcing(self, at: NewtonIterate) -> float:
         """Relative accuracy of the linear solve that Newton can use (Eisenstat and Walker 1996, choice 2).
 
         Large knits have soft motions, which a small residual does not show: in one increment of 16 x 16 cells with
@@ -384,7 +384,7 @@ class Newton:
             eta = min(eta, floor)
         return min(max(eta, floor, 1e-8), 1e-1)
 
-    def _search(self, at: Iterate, step: Floats) -> Trial:
+    def _search(self, at: NewtonIterate, step: Floats) -> Trial:
         """Return the trial state to accept along a step, which moves no farther than a stride."""
         longest = self._longest(at.state, step)
         stride = self.settings.stride

@@ -19,7 +19,7 @@ ROWS, FEW = 8_192, 32_768
 class PatternSum:
     """The sum of two BSR matrices of fixed patterns: found once, blocks of the large one are moved in runs.
 
-    Columns are sorted in every row and none is there twice.
+    Columns are sorted and unique in every row.
     """
 
     def __init__(self, large: sp.bsr_matrix, small: sp.bsr_matrix) -> None:

@@ -188,11 +188,11 @@ def judge(claim: str, evidence: Evidence) -> Judgement:
     rows = []
     remark = Remark()
     try:
-        for said in asked.judge(evidence):
-            if isinstance(said, Remark):
-                remark = said
+        for found in asked.judge(evidence):
+            if isinstance(found, Remark):
+                remark = found
             else:
-                rows.append(said)
+                rows.append(found)
     except NotRun as error:
         rows.sort(key=lambda row: asked.worst_first and not row.grade)
         return Judgement(tuple(row.shown for row in rows), str(error), verdict=NOT_RUN)

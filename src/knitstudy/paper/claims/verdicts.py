@@ -218,11 +218,11 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
         f"{other['discretisation']}: {other['verdict']}, {cells_of(other['measured'])[0][1]}"
         for other in others
     ]
-    said = {"uncertainty": "; ".join(texts)}
+    added = {"uncertainty": "; ".join(texts)}
     if all(other["verdict"] == row["verdict"] for other in others):
-        return said
+        return added
     note = joined(row["note"], "missing is agreement of the discretisations")
-    return said | {"verdict": UNDECIDABLE, "note": note}
+    return added | {"verdict": UNDECIDABLE, "note": note}
 
 
 # ---- How many claims are reproduced, and by which rules

@@ -25,7 +25,7 @@ from knitstudy.measures.response import (
 from knitstudy.paper.figures import INTERACTIONS
 from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
 from knitstudy.paper.scene_names import network, of_solid, solid
-from knitstudy.run.catalogue import FIGURES, Results, Scenes
+from knitstudy.run.catalogue import FIGURES, Scenes, StageResults
 from knitstudy.use.solids import (
     BAR,
     FRONT,
@@ -59,7 +59,7 @@ LEVELS = 13  # steps of colour, an odd number: the middle one holds zero
 CUT = 6.0  # distance of stations along a yarn, over the radius, that says that there is no yarn between them
 
 
-def _results(direction: str) -> dict[str, Results]:
+def _results(direction: str) -> dict[str, StageResults]:
     """Return the results of a direction: both models with ties and with isotropic friction."""
     results = {"geometry": solid("geometry", f"tie-{direction}")}
     for kind in SHOWN:

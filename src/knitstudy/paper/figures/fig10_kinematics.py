@@ -75,7 +75,7 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     if "section_rotation" not in contacts:
         raise DataFileError(
             "contacts: section_rotation is missing; needed are contacts of a history with section_gradient: run the "
-            "direct simulation anew"
+            "direct simulation again"
         )
     knit, states = fabric_of(geometry), three_states(contacts)
     yarn = int(states["yarn"])

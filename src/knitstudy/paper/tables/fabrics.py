@@ -1,4 +1,4 @@
-"""Measured and predicted fabrics: strips between clamps, as membranes with the law that cells of the fabric say.
+"""Measured and predicted fabrics: strips between clamps, as membranes with the law of the fabric's cells.
 
 A strip that is pulled along one axis is in states between the states of two cells: its clamps hold the width, and its
 middle is free. At a strain e along, W is taken as quadratic in the strain l across,
@@ -135,7 +135,7 @@ class Strip:
 
     strain: Floats
     clamps: Floats  # by how much strips of half and twice the length differ from it, the larger one
-    loose: Floats  # relative change of the free cell's strains without friction on the way to rest
+    loose: Floats  # relative change of the free cell's strains after a relaxation without friction
 
 
 def strip_of(

@@ -122,7 +122,7 @@ def tabulate_responses(every: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 # ---- Checks of the direct simulations of the four cases
 
-LEDGER = 0.01  # Largest gap of the ledger over the largest external work
+BALANCE = 0.01  # Largest gap of the energy balance over the largest external work
 HOURGLASS = 0.05  # Largest share of hourglass energy in the internal energy
 # Largest share of the dissipation of stabilisation in internal energy, on the way and at full load.
 STABILISATION, STABILISATION_AT_END = 0.05, 0.01
@@ -168,7 +168,7 @@ def _checks(dns: xr.Dataset, bars: Newton) -> Iterator[tuple[Any, ...]]:
     yield NEWTON.name, NEWTON.unit, NEWTON.function(dns)
     yield KRYLOV.name, KRYLOV.unit, KRYLOV.function(dns)
     yield "set-ups of the preconditioner", "1", dns.attrs["linear_setups"]
-    yield "largest gap of the energy ledger over external work", "1", response.ledger_gap(dns), LEDGER
+    yield "largest gap of the energy balance over external work", "1", response.energy_gap(dns), BALANCE
     yield "largest hourglass over internal energy", "1", response.hourglass_share(dns), HOURGLASS
     if "smallest_gap" not in dns:
         return

@@ -24,7 +24,7 @@ from knitstudy.knit.scene.keys import Section, output
 from knitstudy.knit.scene.kinds import MODELS, role_of
 from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
 from knitstudy.run.code_digest import physics_digest
 
@@ -97,19 +97,19 @@ class ModelSetting:
 
 @dataclass(frozen=True)
 class Promises:
-    """What rows of errors and prices promise of a problem, and the basis of the promises in words.
+    """Promised errors and prices of a problem from measured rows, and the basis of the promises as text.
 
-    The rows are those of the sample, or those of this very knit.
+    The rows were measured on the sample, or on this very knit.
     """
 
-    problem: Problem
+    problem: PhysicalProblem
     rows: Sequence[Mapping[str, Any]]
     basis: str = ""
     own: bool = False
 
     @classmethod
-    def of(cls, problem: Problem, where: str) -> Promises:
-        """Return what is promised of a problem; `where` begins messages.
+    def of(cls, problem: PhysicalProblem, where: str) -> Promises:
+        """Return what is promised of a problem; `where` is the prefix of error messages.
 
         Raises ConfigurationError where it lies outside of the box, or too few knits have been measured.
         """
@@ -193,7 +193,9 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]) -> Problem:
+def problem_of_keys(
+    name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
+) -> PhysicalProblem:
     """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
     own: dict[str, Any] = {}
     for key, value in keys.items():
@@ -207,13 +209,13 @@ def problem_of_keys(name: str, keys: Mapping[str, Any], where: str, defaults: Ma
             )
         if key != "fidelity" and not key.startswith("ask."):
             set_dotted(own, key, value, where)
-    return Problem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
+    return PhysicalProblem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
 
 
-def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
+def choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
     """Return the cheapest model for a physical problem.
 
-    `where` begins messages.
+    `where` is the prefix of error messages.
     Raises ConfigurationError where there is no promise, or no model setting is accurate, fast or small enough: the
     message names the nearest one, and the endless cell where that would do.
     """
@@ -224,7 +226,7 @@ def choose(problem: Problem, ask: Requirements, where: str) -> Choice:
         raise ConfigurationError(f"{error}{f'; {offer}' if offer else ''}") from None
 
 
-def without_edges(problem: Problem, ask: Requirements) -> str:
+def without_edges(problem: PhysicalProblem, ask: Requirements) -> str:
     """Return the price of a cell of the endless fabric in place of a knit, if the cell is accurate enough."""
     if not problem.scene.is_knit:
         return ""
@@ -234,7 +236,7 @@ def without_edges(problem: Problem, ask: Requirements) -> str:
         return ""
 
 
-def as_measured(problem: Problem) -> Problem | None:
+def as_measured(problem: PhysicalProblem) -> PhysicalProblem | None:
     """Return a knit with as many cells as the largest knits of the sample, in place of a larger one.
 
     None for a knit that is no larger, or that was measured itself.
@@ -242,7 +244,7 @@ def as_measured(problem: Problem) -> Problem | None:
     return None if not problem.scene.is_knit or own_rows(problem) else problem.largest_measured()
 
 
-def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
+def _choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
     if problem.scene.specimen == "pair":
         raise ConfigurationError(f"{where}: fidelity is {AUTO} but must be named where specimen is pair")
     promises = Promises.of(problem, where)
@@ -264,7 +266,7 @@ def _choose(problem: Problem, ask: Requirements, where: str) -> Choice:
     return Choice(promises, ask, setting, tuple(settings))
 
 
-def own_rows(problem: Problem) -> list[Mapping[str, Any]]:
+def own_rows(problem: PhysicalProblem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
     return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
 
@@ -315,7 +317,9 @@ def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)
     except (KeyError, TypeError, ValueError) as error:
         remedy = "move it away and measure again (`make trade`, `knitstudy measure`)"
-        raise ConfigurationError(f"{path}: is no table of errors and prices ({error}); {remedy}") from error
+        raise ConfigurationError(
+            f"{path}: is not a table of errors and prices ({error}); {remedy}"
+        ) from error
 
 
 def front(settings: Iterable[ModelSetting]) -> list[ModelSetting]:

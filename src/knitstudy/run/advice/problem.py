@@ -23,8 +23,8 @@ from knitstudy.run.advice.sample import (
     TIED,
     TOUCHING,
     UNDECIDED,
-    Case,
     Inputs,
+    SampleCase,
     Trade,
     load_trade,
 )
@@ -45,7 +45,7 @@ OF_LOOP = {"geometry.alpha", "geometry.free", "pattern.control_points"}
 
 
 @dataclass(frozen=True)
-class Problem:
+class PhysicalProblem:
     """The physical problem of a scene, whatever its model."""
 
     scene: Scene
@@ -92,11 +92,11 @@ class Problem:
         return self.scene.value("load.turns") or ()
 
     @cached_property
-    def case(self) -> Case:
+    def case(self) -> SampleCase:
         """The specimen, tied or touching, to small or large strains, or through cycles."""
         yarns = TOUCHING if self.scene.kind.interaction.touches else TIED
         large = LARGE if self.inputs.strain > self.trade.box["strain"][-1] else SMALL
-        return Case(self.scene.specimen, yarns, CYCLE if self.turns else large)
+        return SampleCase(self.scene.specimen, yarns, CYCLE if self.turns else large)
 
     @cached_property
     def others(self) -> dict[str, Any]:
@@ -133,13 +133,13 @@ class Problem:
             return False
         return True
 
-    def endless(self) -> Problem:
+    def endless(self) -> PhysicalProblem:
         """Return a cell of the endless fabric of the same loops under the same strain."""
         size = {"pattern.loops": 1, "pattern.rows": 1, "load.deformation": self.scene.value("load.direction")}
         cell = {"specimen": "cell", "fidelity": UNDECIDED, "outputs": []}
         return replace(self, scene=self.scene.vary(cell | size))
 
-    def largest_measured(self) -> Problem | None:
+    def largest_measured(self) -> PhysicalProblem | None:
         """Return a knit with as many cells as the largest of the sample, in place of a larger one; else None."""
         most = {INPUT_KEYS[name]: self.trade.box[name][1] for name in ("loops", "rows")}
         less = {key: count for key, count in most.items() if self.scene.value(key) > count}

@@ -1,7 +1,7 @@
 """The sample of knits that errors and prices of models are measured on: its box, its points, and the model settings.
 
 ``config/trade.yaml`` declares all of it. A knit is described by `Inputs`, which have no dimension: a knit of another
-scale or modulus is the same one. `Case` is a specimen of a knit: cut out or endless, tied or touching.
+scale or modulus is the same one. `SampleCase` is a specimen of a knit: cut out or endless, tied or touching.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class Inputs:
 
 
 @dataclass(frozen=True)
-class Case:
+class SampleCase:
     """A specimen of a knit whose yarns are `TIED` or `TOUCHING`, on the load path `SMALL`, `LARGE` or `CYCLE`."""
 
     specimen: str
@@ -137,20 +137,20 @@ class Trade(Section):
         certain = bdtr(np.arange(len(values)), len(values), self.coverage) >= self.confidence
         return float(np.sort(values)[certain.argmax()]) if certain.any() else inf
 
-    def cases(self) -> list[Case]:
+    def cases(self) -> list[SampleCase]:
         """Return all cases."""
-        of = [Case(*labels) for labels in product(SPECIMENS, self.settings)]
-        cycles = [Case("cell", TOUCHING, CYCLE)]
+        of = [SampleCase(*labels) for labels in product(SPECIMENS, self.settings)]
+        cycles = [SampleCase("cell", TOUCHING, CYCLE)]
         return of + [replace(case, path=LARGE) for case in of if str(case) in self.large.strain] + cycles
 
-    def strains(self, case: Case) -> list[Any]:
+    def strains(self, case: SampleCase) -> list[Any]:
         """Return the range of strains of a case, of cycles at their turn."""
         small = self.box["strain"]
         if case.path == SMALL:
             return small
         return self.large.strain.get(str(replace(case, path=SMALL)), small)
 
-    def settings_of(self, case: Case, number: int = 0) -> dict[str, dict[str, Any]]:
+    def settings_of(self, case: SampleCase, number: int = 0) -> dict[str, dict[str, Any]]:
         """Return the keys of the settings that model a case, by name: all, or the settings for the knit of a number."""
         left_out = self.large.without if case.path != SMALL else ()
         others = self.cycle.keys if case.path == CYCLE else {}
@@ -162,7 +162,7 @@ class Trade(Section):
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
 
-    def scene(self, case: Case, inputs: Inputs, name: str = "sampled") -> Scene:
+    def scene(self, case: SampleCase, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
         touches = case.yarns == TOUCHING
         endless = case.specimen == "cell"

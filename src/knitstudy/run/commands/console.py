@@ -242,7 +242,7 @@ def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
 
 
 def is_result(name: str) -> bool:
-    """Whether a scene is asked for by a result file, which holds its keys."""
+    """Whether the argument SCENE is a result file, which holds the keys of its scene."""
     return name.endswith(".nc")
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable_lines
-from knitstudy.registry import plugin_behind, wings
+from knitstudy.registry import optional_packages, plugin_behind
 
 _OWN = {
     "list": ("knitstudy.run.commands.scenes:list_scenes", "List the scenes."),
@@ -19,7 +19,9 @@ _OWN = {
     "study": ("knitstudy.run.commands.run:study", "Run a whole study, with its figures, tables and report."),
 }
 
-COMMANDS = _OWN | {name: command for wing in wings() for name, command in wing.commands.items()}
+COMMANDS = _OWN | {
+    name: command for package in optional_packages() for name, command in package.commands.items()
+}
 """Module and function of every subcommand, imported when it is asked for, and its line of the help."""
 
 STOPPED = 130  # Exit status after Ctrl-C, that of the shell's own commands

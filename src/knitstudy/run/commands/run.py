@@ -21,7 +21,7 @@ from knitstudy.datasets import read_dataset
 from knitstudy.errors import ConfigurationError
 from knitstudy.files import naming_remedy, open_regular
 from knitstudy.knit.scene.documents import WORKFLOW
-from knitstudy.knit.scene.scene import questions
+from knitstudy.knit.scene.scene import unit_warnings
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
 from knitstudy.run.configuration import choice_of, problem_of
@@ -38,7 +38,7 @@ SAYING = ("knitstudy.run.simulations", "knitstudy.run.store", "knitstudy.knit.lo
 @click.option(
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
-@click.option("--anew", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option("--force", is_flag=True, help="Simulate the scene even if its result is there.")
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @console.config_option
 def run(
@@ -46,7 +46,7 @@ def run(
     changes: console.Changes,
     output: Path,
     threads: int | None,
-    anew: bool,
+    force: bool,
     verbose: bool,
     config: Path,
 ) -> None:
@@ -63,7 +63,7 @@ def run(
     knitstudy run yarns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
     knitstudy run my.yaml                        the scene of a file
-    knitstudy run RESULT.nc --anew               what a result file holds, again, from that file alone
+    knitstudy run RESULT.nc --force              what a result file holds, again, from that file alone
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
 
@@ -85,15 +85,15 @@ def run(
     plan = console.plan_with(scene, config)
     try:
         with log_on_console(verbose):
-            results = simulate(chosen, output, config=config, progress=Progress, anew=anew, plan=plan)
+            results = simulate(chosen, output, config=config, progress=Progress, anew=force, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
     console.say(f"{results.path}:", err=True)
     console.print_table(("quantity", "value", "unit"), summarise(results.history))
-    for question in questions(chosen):  # again: the first time was before all other messages
-        console.say(question, err=True)
-    if before is not None and "load" in before and anew and not changes:
+    for warning in unit_warnings(chosen):  # again: the first time was before all other messages
+        console.say(warning, err=True)
+    if before is not None and "load" in before and force and not changes:
         others = ", ".join(differing_variables(before, results.history))
         made = console.plain(str(before.attrs.get("source", "")))
         same = f"the same as in {scene}, to the last bit, but for times"

@@ -15,7 +15,7 @@ from knitstudy.knit.scene.alternatives import known_yarns, read_yarn, values_of_
 from knitstudy.knit.scene.documents import layered_defaults
 from knitstudy.knit.scene.keys import documented
 from knitstudy.knit.scene.kinds import MODELS, Labels, defaults_of_fields, word_of
-from knitstudy.knit.scene.scene import LABELS, Scene, flat, questions
+from knitstudy.knit.scene.scene import LABELS, Scene, flat, unit_warnings
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
     BESIDE,
@@ -29,7 +29,7 @@ from knitstudy.run.advice import (
     front,
     without_edges,
 )
-from knitstudy.run.advice.problem import Problem
+from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.commands import console
 from knitstudy.run.configuration import asked_of, knits_of, load_families, load_scenes, load_study, own_scenes
 from knitstudy.run.families import STUDIES
@@ -92,7 +92,7 @@ def list_scenes(
 
 
 def _print_yarns() -> None:
-    """Print the yarns that are kept, with their main values."""
+    """Print the yarns of the library with their main values."""
     shown = {"diameter [mm]": 1e3, "stretching [N]": 1, "bending [N mm2]": 1e6, "friction": 1}
     rows = []
     for name, yarn in ((name, read_yarn(name)) for name in known_yarns()):
@@ -123,7 +123,7 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
 
     An error is one message: the file, the scene, the key, its value and the values that are allowed. The provenance of
     a key tells whether the paper states the default, or whether it was inferred, calibrated, assumed or chosen here;
-    and of another value who set it, or what the file of the yarn says of it.
+    for other values it tells who set them, or the source in the file of the yarn.
 
     \b
     knitstudy check                              the default configuration
@@ -145,8 +145,8 @@ def check(what: str | None, changes: console.Changes, sources: bool, config: Pat
             for text in filter(None, (_known_rest(scene, what, config), loop)):
                 console.say(text)
         finally:  # a value in another unit may be why there is no loop
-            for question in questions(scene):
-                console.say(question, err=True)
+            for warning in unit_warnings(scene):
+                console.say(warning, err=True)
 
 
 def _check_folder(folder: Path) -> None:
@@ -185,7 +185,7 @@ def _checked_loop(scene: Scene) -> str:
 
 
 def _known_rest(scene: Scene, what: str, config: Path) -> str:
-    """Say how stable the shape at rest of a scene is where it is kept; an empty text where the load begins as drawn."""
+    """Return as text how stable the stored shape at rest of a scene is; empty if the load begins as drawn."""
     from knitstudy.measures.summary import stability_of_rest
 
     if not STAGES["rest"].of(scene):
@@ -277,7 +277,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
         _print_plan(choose(problem, ask, where))
 
 
-def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]) -> None:
+def _print_larger(problem: PhysicalProblem, small: PhysicalProblem, settings: list[ModelSetting]) -> None:
     """Print the costs of a knit that is larger than all knits of the sample, and the errors on a smaller knit."""
     from knitstudy.run.cost import expected_cost
 
@@ -293,14 +293,14 @@ def _print_larger(problem: Problem, small: Problem, settings: list[ModelSetting]
     console.print_table(("model", "seconds", "MB", f"error at most on {less} cells [%]"), rows)
 
 
-def _print_inputs(problem: Problem) -> None:
+def _print_inputs(problem: PhysicalProblem) -> None:
     """Print the inputs that the force of an endless cell changes most with, and how a spun yarn bends."""
-    from knitstudy.run.inputs import SHARE, against_shelf, effects_on_force
+    from knitstudy.run.inputs import SHARE, compared_with_library, effects_on_force
 
     if effects := effects_on_force(problem):
         what = f"force of an endless cell, for {100 * SHARE:g} % more of an input"
         console.say(f"{what}: yarn.youngs_modulus {100 * SHARE:+g} %, {', '.join(map(str, effects))}")
-    console.say(against_shelf(problem.scene))
+    console.say(compared_with_library(problem.scene))
 
 
 def _print_plan(choice: Choice) -> None:

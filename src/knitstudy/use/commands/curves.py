@@ -87,8 +87,8 @@ def _read(measured: Path, direction: str, named: dict[str, Any]) -> tuple[pd.Ser
     given = {name: named[name] for name in READ_BY if named[name] is not None}
     curve = read_curve(measured, given, only, direction, **how)
     which = only | {name: str(how[name]) for name, usual in USUAL.items() if how[name] != usual}
-    said = ",".join(f"{name}={value}" for name, value in which.items())
-    return curve, "-".join(filter(None, (file_stem(measured), said and safe_name(said))))
+    choice = ",".join(f"{name}={value}" for name, value in which.items())
+    return curve, "-".join(filter(None, (file_stem(measured), choice and safe_name(choice))))
 
 
 def _chosen(pairs: Iterable[str]) -> dict[str, str]:
@@ -140,7 +140,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
 
     A curve begins at its first point: a preload, the position of the crosshead there and the offset of a load cell are
     taken off, and a line says so. A file whose first row comes one step after its own zero keeps this zero. A first
-    force of more than a tenth of the others is a question, which --zero answers. --zero toe takes off a toe of slack.
+    force of more than a tenth of the others is refused until --zero is given. --zero toe takes off a toe of slack.
 
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv
@@ -158,7 +158,7 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     scene, direction = _pulled(console.recorded(str(result), {})[0])
     whole, name = _read(measured, direction, named)
     if "axis" not in history.attrs:
-        raise DataFileError(f"{result}: is no history; name a file of runs/simulation")
+        raise DataFileError(f"{result}: is not a history; name a file of runs/simulation")
     way = {name: named[name] for name in WAY}
     with console.naming(result):
         simulated = simulated_curve(history, STAGES["geometry"].function(scene), **way)

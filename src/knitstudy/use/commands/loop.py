@@ -12,10 +12,10 @@ import click
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.alternatives import KNITOUT_PART
 from knitstudy.knit.scene.knitout import read_repeat
-from knitstudy.knit.scene.scene import questions
+from knitstudy.knit.scene.scene import unit_warnings
 from knitstudy.knit.scene.specimens import Looped
 from knitstudy.run.commands import console
-from knitstudy.run.configuration import scenes_at_need
+from knitstudy.run.configuration import lazy_scenes
 
 KEYS = {
     "course": ("pattern.course_spacing", "Course spacing [m]."),
@@ -83,15 +83,15 @@ def loop(
     if points is not None:
         keys["pattern.points_file"] = str(points)
     if scene is None:  # the first one with loops
-        scenes, _ = scenes_at_need(config)
+        scenes, _ = lazy_scenes(config)
         scene = next(name for name, candidate in scenes.items() if isinstance(candidate, Looped))
     chosen = console.changed_scene(scene, (*keys.items(), *changes), config)
     if not isinstance(chosen, Looped):
         raise ConfigurationError(
             f"scene {chosen.name!r}: specimen is {chosen.specimen} but must be made of loops"
         )
-    for question in questions(chosen):
-        console.say(question, err=True)
+    for warning in unit_warnings(chosen):
+        console.say(warning, err=True)
     geometry = lay_out(chosen)
     if "state" not in geometry.dims:
         raise ConfigurationError(

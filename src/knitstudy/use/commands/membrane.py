@@ -107,8 +107,8 @@ def strip(
 ) -> None:
     """Pull a strip of a fabric with a LAW (.nc, of `knitstudy membrane`) between clamps that hold its edges.
 
-    The command prints strains between the clamps at some forces per width, beside the strains of the endless fabric,
-    which is free across, and the forces of the law beside those of the cells that it was fitted to. `knitstudy compare`
+    For some forces per width the command prints strains between the clamps and strains of the endless fabric, whose
+    width is free. It also prints forces of the law and of the cells to which the law was fitted. `knitstudy compare`
     takes the curve (.csv) as a measured one, and draws it.
 
     \b
@@ -120,7 +120,7 @@ def strip(
 
     fitted = read_dataset(law)
     if not {"form", "weight", "slope", "largest_strain", "law_force"} <= set(fitted.variables):
-        raise DataFileError(f"{law}: is no law of a fabric; `knitstudy membrane` makes one")
+        raise DataFileError(f"{law}: is not a law of a fabric; `knitstudy membrane` makes one")
     axis = STRAINS.index(direction)
     path = output or law.with_name(f"{law.stem}-{direction}.csv")
     pulled, free = (

@@ -64,7 +64,7 @@ def sheet(
     knitstudy sheet my-rib --density 909 --set contact.friction=0.2
     """
     if tex is not None and density is not None:
-        raise click.UsageError("--tex and --density say the same; leave one of them out")
+        raise click.UsageError("--tex and --density conflict: give only one of them")
     # The models are imported here: the other commands and --help do not need them.
     from knitstudy.knit.loading.run import Progress
     from knitstudy.measures.construction import tex_of

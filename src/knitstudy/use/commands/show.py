@@ -104,7 +104,7 @@ def show(
             raise DataFileError(f"{path}: results are .nc and .csv files")
     if other is not None and (keys or pictures):
         option = "--keys" if keys else "--picture"
-        raise click.UsageError(f"{option} is of one result; leave out {other}, or name it alone")
+        raise click.UsageError(f"{option} takes one result; leave out {other}, or name it alone")
     from knitstudy.measures.summary import kind_of
     from knitstudy.use.plot import draw
     from knitstudy.use.style import save

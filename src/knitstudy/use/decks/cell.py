@@ -103,7 +103,7 @@ def cell_deck(scene: CellOfSplineYarns, fabric: Fabric) -> deck.Deck:
         material=material_of(scene.yarn),
         hourglass=0.0,
         steps=tuple(
-            deck.Step({i + 1: float(corner[i]) for i in prescribed.fixed.tolist()}, increments)
+            deck.DeckStep({i + 1: float(corner[i]) for i in prescribed.fixed.tolist()}, increments)
             for corner in motion.displacement
         ),
         jumps=tuple(_jumps(pieces, nodes, lattice, strains)),
@@ -112,7 +112,7 @@ def cell_deck(scene: CellOfSplineYarns, fabric: Fabric) -> deck.Deck:
             (np.array([[strains, driven]]), STIFF * modulus * radius),
         ),
         contacts=tuple(_contacts(cells, points, first, reach)),
-        interaction=deck.Interaction(kind, law, scene.contact.penetration * width),
+        interaction=deck.DeckInteraction(kind, law, scene.contact.penetration * width),
         halved=True,
         departures=(
             *DEPARTURES,

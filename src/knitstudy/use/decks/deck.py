@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.history import load_path
-from knitstudy.knit.mesh.section import Section
+from knitstudy.knit.mesh.section import SectionMesh
 from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.knit.models.hexahedra import Hexahedra, HexahedralScene, PairOfHexahedra
 from knitstudy.knit.models.hexahedra.build import divide
@@ -37,7 +37,7 @@ CONTACT_REACH = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class DeckSurface:
     """Faces of hexahedra: elements (f,) from 0 and their faces (f,) from 1, as C3D8 counts them."""
 
     elements: np.ndarray
@@ -49,12 +49,12 @@ class ContactPair:
     """Two surfaces that may touch: the points of ``slave`` meet the faces of ``master``."""
 
     name: str
-    slave: Surface
-    master: Surface
+    slave: DeckSurface
+    master: DeckSurface
 
 
 @dataclass(frozen=True)
-class Interaction:
+class DeckInteraction:
     """Contact law of all pairs of surfaces."""
 
     kind: str  # isotropic, rough or frictionless
@@ -72,7 +72,7 @@ class Interaction:
 
 
 @dataclass(frozen=True)
-class Step:
+class DeckStep:
     """One leg of the load, in equal increments; the node set "HELD" stays where it is."""
 
     moves: dict[int, float]  # of the set "DRIVEN" to the end of the leg [m], by component (1 to 3)
@@ -99,13 +99,13 @@ class Deck:
     element: str  # value of mesh.element
     material: Material
     hourglass: float  # stiffness over shear modulus, of elements that have one
-    steps: tuple[Step, ...]
+    steps: tuple[DeckStep, ...]
     equations: Equations | None = None
     jumps: tuple[Jump, ...] = ()
     # Nodes (k, 1) and the ground, or (k, 2), with the stiffness of a spring along each of x, y and z [N/m]
     springs: tuple[tuple[np.ndarray, float], ...] = ()
     contacts: tuple[ContactPair, ...] = ()
-    interaction: Interaction | None = None  # of all pairs in contact
+    interaction: DeckInteraction | None = None  # of all pairs in contact
     tolerance: float | None = None  # of residual and correction; by default 0.005 and 0.01 in both programs
     halved: bool = False  # whether increments that do not converge are made smaller
     fields: bool = True  # whether displacements are written; the total reaction always is
@@ -136,7 +136,7 @@ def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> 
         size = scene.mesh.smallest * scene.yarn.radius
         law = penalties(scene.contact, scene.yarn.youngs_modulus, scene.friction, size)
         kind = scene.interaction if law.friction else "frictionless"
-        interaction = Interaction(kind, law, scene.contact.penetration * size)
+        interaction = DeckInteraction(kind, law, scene.contact.penetration * size)
     return Deck(
         title=f"{scene.name}: {scene.specimen}, {word_of(scene.interaction)}",
         nodes=parts.nodes,
@@ -146,7 +146,8 @@ def specimen_deck(scene: HexahedralScene, specimen: Fabric, mesh: SweptMesh) -> 
         material=material_of(scene.yarn),
         hourglass=scene.solver.hourglass,
         steps=tuple(
-            Step({i + 1: float(corner[i]) for i in components}, increments) for corner in motion.displacement
+            DeckStep({i + 1: float(corner[i]) for i in components}, increments)
+            for corner in motion.displacement
         ),
         equations=tie.equations(np.union1d(parts.ends.held, parts.ends.driven)) if tied.any() else None,
         contacts=tuple(_contact_pair(mesh, *pair, reach, free) for pair in touching),
@@ -192,7 +193,7 @@ def near_facets(above: Floats, below: Floats, reach: float) -> tuple[Bools, Bool
     return cKDTree(below).query(above)[0] < reach, cKDTree(above).query(below)[0] < reach
 
 
-def facet_faces(section: Section, first: int, chosen: Bools) -> Surface:
+def facet_faces(section: SectionMesh, first: int, chosen: Bools) -> DeckSurface:
     """Return the faces behind chosen facets, layer by layer, of a yarn whose hexahedra begin with the ``first``."""
     ring, quads = section.ring, section.quads
     # Both run counter-clockwise: a surface edge is one of a quad's edges, in the same direction.
@@ -201,7 +202,7 @@ def facet_faces(section: Section, first: int, chosen: Bools) -> Surface:
     place, quad, edge = np.nonzero((edges == wanted[:, None, None]).all(axis=-1))  # by place on the ring
     layer, j = np.divmod(np.flatnonzero(chosen), len(place))
     elements = first + layer * len(quads) + quad[j]
-    return Surface(elements, 3 + edge[j])  # S3 to S6 stand on the four edges of the bottom quad
+    return DeckSurface(elements, 3 + edge[j])  # S3 to S6 stand on the four edges of the bottom quad
 
 
 def _elements(mesh: SweptMesh, yarn: int) -> slice:

@@ -25,7 +25,7 @@ from knitstudy.knit.mesh.sweep import SweptMesh
 from knitstudy.mechanics.materials.isotropic import Isotropic
 from knitstudy.registry import find
 from knitstudy.use.decks.cell import cell_deck
-from knitstudy.use.decks.deck import Deck, Step, Surface, specimen_deck
+from knitstudy.use.decks.deck import Deck, DeckStep, DeckSurface, specimen_deck
 
 NUMBER = "%.12e"  # at most 19 characters: CalculiX reads no more than 20 of a number
 
@@ -158,7 +158,7 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
 
 
-def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
+def steps(deck: Deck, dialect: str) -> tuple[DeckStep, ...]:
     """Return the steps of a deck, in CalculiX with contact after a step in which nothing is driven.
 
     In the first step CalculiX takes the penetration at the beginning of an increment for an overlap of the mesh, which
@@ -166,7 +166,7 @@ def steps(deck: Deck, dialect: str) -> tuple[Step, ...]:
     """
     if dialect != "calculix" or not deck.contacts:
         return deck.steps
-    still = Step(dict.fromkeys(deck.steps[0].moves, 0.0), increments=1)
+    still = DeckStep(dict.fromkeys(deck.steps[0].moves, 0.0), increments=1)
     return (still, *deck.steps)
 
 
@@ -260,7 +260,7 @@ def comment(text: str) -> str:
     return "".join(f"** {line}\n" for line in textwrap.wrap(text, COMMENT, break_on_hyphens=False))
 
 
-def _surface(name: str, surface: Surface) -> str:
+def _surface(name: str, surface: DeckSurface) -> str:
     """Return element sets, one for every face number that occurs, and the surface that they make up."""
     faces = np.unique(surface.faces)
     sets = (
@@ -293,7 +293,7 @@ def _equation(terms: Iterable[tuple[int, int, float]]) -> str:
     return f"{len(written)}\n" + lines(written, 4)
 
 
-def _step(deck: Deck, step: Step, dialect: str) -> str:
+def _step(deck: Deck, step: DeckStep, dialect: str) -> str:
     # Friction makes the tangent unsymmetric, which Abaqus must be told.
     unsymmetric = ", UNSYMM=YES" if dialect == "abaqus" and deck.contacts else ""
     controls = ""

@@ -10,14 +10,14 @@ from pydantic import model_validator
 
 from knitstudy.knit.scene.alternatives import SECTIONS, STIFFNESSES, in_section
 from knitstudy.knit.scene.keys import OneOf, Section, numerics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import INLAY, OF_SOLIDS, BeamYarn, CellStrain, SecondYarn, SetYarn
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Knit
 from knitstudy.mechanics.beams.laws import LAWS
 from knitstudy.mechanics.core.arrays import Floats, Ints
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 OF_SECOND = tuple(in_section(key, SECTIONS[1]) for key in STIFFNESSES)
 THINNEST = 0.5  # of the diameters of two yarns, thinner over thicker: contact was checked down to there
@@ -32,10 +32,10 @@ class TouchingBeamGates(BeamGates):
 
 
 class FrictionAlone(Section, group="contact"):
-    """Contact of cells, which has no keys but those of the interaction."""
+    """Contact of cells: the keys of the interaction alone."""
 
 
-class BeamSection(Section, group="beam"):
+class BeamKeys(Section, group="beam"):
     """Contact along all yarns with "rigid" or "hertz" sections.
 
     Rigid sections press each other with 10 E sqrt(R) approach^1.5.
@@ -46,7 +46,7 @@ class BeamSection(Section, group="beam"):
     Checked: rigid and hertz (scenes beam-*)."""
 
 
-class TiedBeamSection(BeamSection):
+class TiedBeamKeys(BeamKeys):
     """Contact along all yarns with "rigid" or "hertz" sections, and the ties.
 
     Rigid sections press each other with 10 E sqrt(R) approach^1.5; pinned ties have 10 E R.
@@ -81,7 +81,7 @@ class Beams(_Beams, Knit):
     implied: ClassVar = OF_SOLIDS | {"yarn.set": 1.0}
 
     tie: Tie = section()
-    beam: TiedBeamSection = section()
+    beam: TiedBeamKeys = section()
     contact: TiedEdges = section()
 
 
@@ -90,7 +90,7 @@ class CellOfBeams(_Beams, Cell):
 
     slips = True
     takes: ClassVar = "all stitches"
-    idle_beside: ClassVar = {
+    ignored_if_set: ClassVar = {
         "beam.section": ("yarn.pressing",),
         "yarn.youngs_modulus": (*STIFFNESSES, "yarn.pressing"),
     }
@@ -99,14 +99,14 @@ class CellOfBeams(_Beams, Cell):
     yarn: SetYarn = section()
     yarn_b: SecondYarn = section()
     load: CellStrain = section()
-    beam: BeamSection = section()
+    beam: BeamKeys = section()
     contact: FrictionAlone = section()
 
     @property
     def yarns(self) -> tuple[SetYarn, ...]:
-        """Its yarns: that of rows a, and that of rows b where there is one."""
-        said = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
-        own = {key: value for key, value in said.items() if value is not None and key != "rows"}
+        """The yarn of rows a, and the yarn of rows b if there is one."""
+        values = {key: getattr(self.yarn_b, key) for key in SecondYarn.model_fields}
+        own = {key: value for key, value in values.items() if value is not None and key != "rows"}
         return (self.yarn, self.yarn.model_copy(update=own)) if own else (self.yarn,)
 
     @property
@@ -146,7 +146,7 @@ class CellOfBeams(_Beams, Cell):
         if second is self.yarn:
             if turns != ("a", "b"):
                 raise ValueError(
-                    f"yarn_b.rows is {list(turns)} but there is no yarn b: say yarn_b.of, or its values"
+                    f"yarn_b.rows is {list(turns)} but there is no yarn b: set yarn_b.of, or values of yarn_b"
                 )
             return self
         if turns[0] == INLAY or 2 * INLAY in "".join(turns):
@@ -171,11 +171,11 @@ class CellOfBeams(_Beams, Cell):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="beam",
         meaning="beams in contact",
         parts=(Beams, CellOfBeams),
-        build=later("knitstudy.knit.models.beam.build:build"),
+        build=lazy_import("knitstudy.knit.models.beam.build:build"),
         memory=350,
         memory_a_cell=3.3,
         seconds_a_cell=1.1,

@@ -21,7 +21,7 @@ from knitstudy.knit.models.beam import CellOfBeams
 from knitstudy.knit.models.beam.cell import HELD, BeamCell, build
 from knitstudy.knit.models.beam.contact import STRIDE, contact_of
 from knitstudy.mechanics.beams.line_contact import MARGIN, NEAR
-from knitstudy.mechanics.cells.bent import BentBeams, Patch
+from knitstudy.mechanics.cells.bent import BentBeams, BentPatch
 from knitstudy.mechanics.core.increment import PrescribedDisplacement
 from knitstudy.mechanics.core.linear import LU
 from knitstudy.mechanics.core.load_path import trace
@@ -83,7 +83,7 @@ def bent(scene: CellOfBeams, cell: BeamCell, along: int) -> BentBeams:
     rows, flat = cell.rows, cell.model
     state = flat.start()
     stations = rows.stations
-    patch = Patch.around(
+    patch = BentPatch.around(
         stations.yarn,
         stations.arc_length,
         rows.period,

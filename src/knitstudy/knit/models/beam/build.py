@@ -28,7 +28,7 @@ from knitstudy.knit.models.beam.contact import (
     require_verified_contact,
 )
 from knitstudy.knit.scene.alternatives import RELAXED
-from knitstudy.knit.yarns.joints import JointPoints, Joints, contacts_of_crossings, patch_stiffness
+from knitstudy.knit.yarns.joints import CrossingJoints, JointPoints, contacts_of_crossings, patch_stiffness
 from knitstudy.knit.yarns.network import Network, loaded, spatial_network
 from knitstudy.mechanics.beams.beam import BeamState
 from knitstudy.mechanics.beams.beam_contact import NO_LATTICE, BeamContact
@@ -113,7 +113,7 @@ def beam_knit(scene: Beams, fabric: Fabric) -> BeamKnit:
     contact = contact_of(scene)
     tied = tied_crossings(crossings, True, scene.contact.tied_edges, scene.load.direction)
     points = JointPoints.at_crossings(crossings, tied)
-    joints = Joints.all_tied(len(points.yarn))
+    joints = CrossingJoints.all_tied(len(points.yarn))
     if beam.tie == "pinned":
         # As stiff as contact that sticks, and never open.
         joints = joints.pinned(RIGID * yarn.youngs_modulus * yarn.radius)

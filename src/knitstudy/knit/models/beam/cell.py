@@ -198,9 +198,9 @@ def balanced(
     begin: Increment | None = None,
     check: Callable[[Increment], None] = lambda increment: None,  # raises CoarseIncrement
 ) -> Increment:
-    """Return the last increment of a cell that finds its balance, with unknowns that are held.
+    """Return the last increment of the path of a cell to equilibrium, with some unknowns held.
 
-    Raises ConvergenceError if it finds none, or none that a check accepts however short increments are.
+    Raises ConvergenceError if it does not converge, or if a check accepts none however short increments are.
     """
     path = PrescribedDisplacement(held, np.zeros(len(held)))
     increments = trace(model, path, settings, LU(), resume=begin)
@@ -217,7 +217,7 @@ def balanced(
             report(last.load)
             increment = next(increments, None)
     except ConvergenceError as error:
-        raise ConvergenceError(f"{what} finds no balance: {error}") from None
+        raise ConvergenceError(f"{what} does not converge: {error}") from None
     assert last is not None, "a path has at least the increment in which it begins"
     return last
 
@@ -241,7 +241,7 @@ def endless_beams(
     lattice: Lattice,
     contact: YarnContact,
     section_law: str,
-    drawn_for: float | None = None,  # diameter with which a way to rest begins [m]
+    drawn_for: float | None = None,  # diameter at which a relaxation begins [m]
 ) -> EndlessBeams:
     """Return the beams of the rows and their contact."""
     yarn, stations = contact.yarn, rows.stations

@@ -1,12 +1,13 @@
 """The shape at rest of a cell of beams: no force acts on its edges, and no small motion takes it anywhere else.
 
-A balance may be a saddle: an upright domino is in balance, and falls. So every balance is asked for its lowest mode
-(`core.stability`), is pushed along it where it gives way, to both sides, and flows to the next one, the lower of
-both, until one is stable.
+An equilibrium may be a saddle: an upright domino is in equilibrium, and falls. The relaxation therefore computes the
+lowest mode of every equilibrium (`core.stability`). If the mode is unstable, the cell is pushed along it to both sides
+and flows to an equilibrium on either side; the one of less energy is tested next, until one is stable.
 
-A fabric has one shape, however many of its repeats a cell has: that of one repeat is found, and a cell of several is
-made of copies of it. They stay as they are if one repeat is stable against waves over several repeats. If it is not,
-the cell of several leaves its saddle as well; one that is too short for the wave hides it, and says so.
+The shape of a fabric does not depend on how many repeats a cell has: the shape of one repeat is computed, and a cell of
+several repeats consists of copies of it. The copies keep this shape if one repeat is stable against waves over several
+repeats. Otherwise the larger cell leaves its saddle as well; a cell that is shorter than the wave cannot show it, and a
+warning says so.
 """
 
 from __future__ import annotations
@@ -54,12 +55,12 @@ NEARER = (
     "usually help"
 )
 FAR = "Loops may be drawn too far from their shape at rest"
-# Of the way to rest, where none of them fails: friction follows it. Sizes of acrylic rib are within 0.3 % of those in
-# 80; 20 leave 2 % of the width and 6 % of the height, and with a friction of 0.3 10 and 15 %.
+# Increments of the relaxation, if none fails. Friction depends on the path: sizes of acrylic rib are within 0.3 % of
+# those in 80; 20 leave 2 % of the width and 6 % of the height, and with a friction of 0.3 10 and 15 %.
 INCREMENTS = 40
-WASTE = 4000  # iterations without headway on the way to rest: loops of lace snap into place one by one
+WASTE = 4000  # iterations without progress in the relaxation: loops of lace snap into place one by one
 PUSH = 0.06  # over the diameter, along a mode that gives way: more than rounding, less than a stride
-MOST_SADDLES = 20  # on one way to rest
+MOST_SADDLES = 20  # in one relaxation
 # Failed iterations from which on a viscous flow leads on: Newton's method alone would go back to a saddle
 FLOWS = -1
 # Unknowns of a cell with all that it touches, beyond which waves are not asked for: their tangent takes 0.6 GB and 9 s
@@ -72,9 +73,10 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     A `run` reports its progress, and has no restart file. Two `plates` press the cell with a force [N], 0 for none.
 
     From the drawn shape, the natural curvature of the yarns grows from that of the drawn one to its own, and their
-    diameter from that for which the loops are drawn. Friction on the way leads to one shape; without it a slack fabric
-    has several. `load.start` says whether friction goes in the end.
-    Raises ConvergenceError if there is no way to rest, or it leads from saddle to saddle; other errors as of `build`.
+    diameter from that for which the loops are drawn. With friction the relaxation leads to one shape; without it a
+    slack fabric has several. `load.start` says whether friction is removed at the end.
+    Raises ConvergenceError if the relaxation does not converge, or leads from saddle to saddle; other errors as
+    `build`.
     """
     fabric = fabric_of(geometry)
     repeats = repeats_of(scene)
@@ -82,25 +84,25 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
     contact = contact_of(scene)
     law = scene.mesh.section_law
     of_scene = f"of scene {scene.name}"
-    cell = Cell.of(rows, contact, law, drawn_for=2 * fabric.radius)
-    way = _Way(scene, plates / float(repeats.prod()), run.progress)
-    loosened = contact.friction > 0 and scene.load.start == "rest"
-    last = way.balance(cell, f"the way to rest {of_scene}", share=0.5 if loosened else 1.0)
-    if loosened:
-        stopped = way.whole(cell).cell_state(last.state)
-        cell = Cell.of(rows, replace(contact, friction=0.0), law)
+    cell = RelaxingCell.of(rows, contact, law, drawn_for=2 * fabric.radius)
+    relaxation = _Relaxation(scene, plates / float(repeats.prod()), run.progress)
+    removes_friction = contact.friction > 0 and scene.load.start == "rest"
+    last = relaxation.balance(cell, f"relaxation {of_scene}", share=0.5 if removes_friction else 1.0)
+    if removes_friction:
+        stopped = relaxation.whole(cell).cell_state(last.state)
+        cell = RelaxingCell.of(rows, replace(contact, friction=0.0), law)
         cell = cell.starting_at(replace(stopped, contact=LineHistory.none()))
-        last = way.balance(cell, f"the rest without friction {of_scene}", done=0.5, share=0.5)
+        last = relaxation.balance(cell, f"relaxation without friction {of_scene}", done=0.5, share=0.5)
     increments = last.index
-    state = way.stable(cell, last)
+    state = relaxation.stable(cell, last)
     stitches = np.array([scene.pattern.loops, scene.pattern.rows])
     wave = None if plates else cell.lowest_wave(state, stitches // repeats)
     if repeats.prod() > 1:
         cell, state = cell.tiled(state, repeats)
         if wave is not None and wave.unstable:
-            state = way.stable(cell, standing(cell.model, state))
+            state = relaxation.stable(cell, standing(cell.model, state))
             wave = cell.lowest_wave(state, stitches)
-    stability = way.stability(wave)
+    stability = relaxation.stability(wave)
     if hides := hidden_wave(stability):
         log.warning("scene %r: %s", scene.name, hides)
     model = cell.model
@@ -119,7 +121,7 @@ def relax(scene: CellOfBeams, geometry: xr.Dataset, run: Run = IN_MEMORY, plates
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
+class RelaxingCell:
     """A cell of rows, and its model."""
 
     rows: Rows
@@ -128,19 +130,21 @@ class Cell:
     model: EndlessBeams
 
     @classmethod
-    def of(cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None) -> Cell:
-        """Return the cell of rows, with loops `drawn_for` a diameter [m] that grows on the way to rest."""
+    def of(
+        cls, rows: Rows, contact: YarnContact, section_law: str, drawn_for: float | None = None
+    ) -> RelaxingCell:
+        """Return the cell of rows, with loops `drawn_for` a diameter [m] that grows during relaxation."""
         model = endless_beams(rows, Lattice(rows.vectors), contact, section_law, drawn_for)
         return cls(rows, contact, section_law, model)
 
-    def starting_at(self, state: EndlessState) -> Cell:
+    def starting_at(self, state: EndlessState) -> RelaxingCell:
         """Return the cell with another state in which its load begins."""
         return replace(self, model=self.model.starting_at(state))
 
-    def tiled(self, state: EndlessState, counts: Ints) -> tuple[Cell, EndlessState]:
+    def tiled(self, state: EndlessState, counts: Ints) -> tuple[RelaxingCell, EndlessState]:
         """Return the cell of so many cells (2,) along courses and wales, and its state of copies of one."""
         tiling = Tiling.of(self.rows.stations.yarn, counts)
-        larger = Cell.of(self.rows.tiled(tiling), self.contact, self.section_law)
+        larger = RelaxingCell.of(self.rows.tiled(tiling), self.contact, self.section_law)
         model = larger.model
         stretched = counts[:, None] * self.model.vectors(state) - model.lattice.vectors
         tiled = EndlessState(
@@ -190,21 +194,21 @@ class Cell:
 
 
 def tangent(model: EndlessBeams | PressedBeams, state: Any) -> sp.spmatrix:
-    """Return the tangent (size, size) in a state, without the drag that holds what is loose within an increment.
+    """Return the tangent (size, size) in a state, without the drag that holds loose yarns within an increment.
 
-    Yarns stick: where friction is at its limit the tangent of sliding is not symmetric, and says nothing of a balance.
+    Yarns stick: where friction is at its limit the tangent of sliding is not symmetric, and says nothing of stability.
     """
     return model.sticking().respond(state, stiffness=True).stiffness - sp.diags(model.drag)
 
 
 @dataclass
-class _Way:
-    """The way of a cell to rest, and the balances on it that were asked for their lowest mode."""
+class _Relaxation:
+    """The relaxation of a cell, with the lowest modes and sizes of the equilibria on its path."""
 
     scene: CellOfBeams
     plates: float  # force with which they press one repeat, 0 without plates [N]
     progress: ReportProgress
-    modes: list[Mode] = field(default_factory=list)  # of every balance; only the last one's is stable
+    modes: list[Mode] = field(default_factory=list)  # of every equilibrium; only the last one is stable
     sizes: list[Floats] = field(default_factory=list)  # width and height over the drawn ones, thickness [m]
 
     @property
@@ -225,12 +229,12 @@ class _Way:
             remedy=NEARER,
         )
 
-    def whole(self, cell: Cell) -> EndlessBeams | PressedBeams:
+    def whole(self, cell: RelaxingCell) -> EndlessBeams | PressedBeams:
         """Return the model of a cell, between the plates if there are any."""
         return PressedBeams(cell.model, self.plates) if self.plates else cell.model
 
-    def balance(self, cell: Cell, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
-        """Return the increment at which the way ends, for the progress a share of all after what is done."""
+    def balance(self, cell: RelaxingCell, what: str, done: float = 0.0, share: float = 1.0) -> Increment:
+        """Return the last increment of the path; progress goes from `done` by a `share` of the whole relaxation."""
 
         def report(load: float) -> None:
             self.progress(done + share * load, "")
@@ -240,8 +244,8 @@ class _Way:
 
         return balanced(what, self.whole(cell), self.held, self.settings, report, check=check)
 
-    def _require_apart(self, cell: Cell, increment: Increment) -> None:
-        """Refuse an increment after which yarns overlap too deep; raises as `gates.require_apart`."""
+    def _require_apart(self, cell: RelaxingCell, increment: Increment) -> None:
+        """Refuse an increment after which yarns overlap too much; raises as `gates.require_apart`."""
         model = cell.model
         state = self.whole(cell).cell_state(increment.state)
         grown = model.diameter(state) / model.contact.repulsion.diameter
@@ -251,8 +255,8 @@ class _Way:
         )
         require_apart(overlap, increment.index, self.scene.gates.overlap, FAR)
 
-    def stable(self, cell: Cell, last: Increment) -> EndlessState:
-        """Return the first stable state from a balance on.
+    def stable(self, cell: RelaxingCell, last: Increment) -> EndlessState:
+        """Return the first stable state after an equilibrium.
 
         Raises ConvergenceError if there is none.
         """
@@ -272,15 +276,15 @@ class _Way:
             log.info("scene %r: a saddle, %.3g N/m in its lowest mode", self.scene.name, mode.stiffness)
             last = self._below(cell, last.state, mode)
         raise ConvergenceError(
-            f"the way to rest of scene {self.scene.name} leads from saddle to saddle, {MOST_SADDLES} of them: the "
-            "fabric is too slack for one shape at rest. Use load.start rest_with_friction with a larger "
-            "contact.friction, or a shorter pattern.loop_length"
+            f"relaxation of scene {self.scene.name} does not converge: it leads from saddle to saddle, "
+            f"{MOST_SADDLES} times. The fabric is too slack for one shape at rest. Use load.start "
+            "rest_with_friction with a larger contact.friction, or a shorter pattern.loop_length"
         )
 
-    def _below(self, cell: Cell, saddle: Any, mode: Mode) -> Increment:
-        """Return the balance of less energy of the two to which flows lead that leave a saddle to either side.
+    def _below(self, cell: RelaxingCell, saddle: Any, mode: Mode) -> Increment:
+        """Return the equilibrium of less energy of the two that flows from either side of a saddle reach.
 
-        Raises ConvergenceError if neither side leads to one.
+        Raises ConvergenceError if neither side reaches an equilibrium.
         """
         model = self.whole(cell)
         settings = replace(self.settings, increments=1, vain=FLOWS)
@@ -290,7 +294,7 @@ class _Way:
             pushed = model.advance(saddle, side * PUSH * self.scene.yarn.diameter * mode.motion)
             try:
                 reached = balanced(
-                    f"scene {self.scene.name}, which leaves a saddle,",
+                    f"relaxation of scene {self.scene.name} from a saddle",
                     model,
                     self.held,
                     settings,
@@ -305,7 +309,7 @@ class _Way:
         return min(found, key=_elastic_energy)
 
     def stability(self, wave: Wave | None) -> dict[str, Any]:
-        """Return attributes of the shape at rest: how stable it is, and what it has left."""
+        """Return attributes of the shape at rest: its stability, and the saddles on the path to it."""
         left = [mode.stiffness for mode in self.modes if mode.unstable]
         known: dict[str, Any] = {
             "lowest_stiffness": self.modes[-1].stiffness,

@@ -58,7 +58,7 @@ class Rows:
         return self.stations.position[self.owner] + self.image @ self.vectors
 
     def tiled(self, tiling: Tiling) -> Rows:
-        """Return the rows of several cells as those of one."""
+        """Return the rows of several cells side by side as the rows of one larger cell."""
         stations = self.stations
         courses = tiling.counts[0]
         yarn = stations.yarn[tiling.place]

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Annotated, ClassVar
 
 from knitstudy.knit.scene.keys import OneOf, Section, numerics, resolution, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import FacetContact, Size, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Crossing, Knit
 from knitstudy.mechanics.solids.elements import ELEMENTS
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class SolidMesh(Section, group="mesh"):
@@ -33,7 +33,7 @@ class SolidMesh(Section, group="mesh"):
         return self.size / self.refinement
 
 
-class KnitContact(TiedEdges, FacetContact):
+class FacetKnitContact(TiedEdges, FacetContact):
     """Contact of knits of hexahedra."""
 
 
@@ -80,7 +80,7 @@ class Hexahedra(HexahedralScene, Knit):
 
     touches = True
 
-    contact: KnitContact = section()
+    contact: FacetKnitContact = section()
 
 
 class TiedPairOfHexahedra(HexahedralScene, Crossing):
@@ -99,12 +99,12 @@ class PairOfHexahedra(HexahedralScene, Crossing):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="hexahedra",
         meaning="solid yarns of hexahedra",
         parts=(TiedHexahedra, Hexahedra, TiedPairOfHexahedra, PairOfHexahedra),
         solid=True,
         outputs=("fields", "vtu", "deck"),
-        build=later("knitstudy.knit.models.hexahedra.build:build"),
+        build=lazy_import("knitstudy.knit.models.hexahedra.build:build"),
     )
 )

@@ -7,11 +7,11 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from knitstudy.knit.scene.keys import SceneName, numerics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import Joints
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class PlanarJoints(Joints):
@@ -59,12 +59,12 @@ class PlanarNetwork(Knit):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="rom2d",
         meaning="a planar honeycomb of beams",
         parts=(PlanarNetwork,),
         sources=("rom.contacts_from", "rom.stress_from"),
-        build=later("knitstudy.knit.models.rom2d.build:build"),
+        build=lazy_import("knitstudy.knit.models.rom2d.build:build"),
         memory=500,
         seconds_a_cell=0.15,
     )

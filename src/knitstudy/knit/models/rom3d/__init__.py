@@ -7,11 +7,11 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from knitstudy.knit.scene.keys import SceneName, numerics, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.sections import OF_SOLIDS
 from knitstudy.knit.scene.shared_sections import BeamGates, BeamMesh, Joints, Tie
 from knitstudy.knit.scene.specimens import Knit
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 
 class SpatialJoints(Joints):
@@ -36,7 +36,7 @@ class SpatialJoints(Joints):
     tangent plane. Checked: all five (table2_springs, scenes rom3d-normal-*)."""
 
 
-class Springs(SpatialJoints):
+class SpringKeys(SpatialJoints):
     """Springs where yarns are not tied (Table 2).
 
     All have one stiffness: the average over crossings of the secants of the relative `displacement` of interfaces or
@@ -68,7 +68,7 @@ class Springs(SpatialJoints):
     interface and centreline (table2_springs, scenes rom3d-centreline-*)."""
 
     @model_validator(mode="after")
-    def _has_one_source(self) -> Springs:
+    def _has_one_source(self) -> SpringKeys:
         if self.contacts_from is None:
             why = "springs are measured at its contacts"
             raise ValueError(
@@ -102,16 +102,16 @@ class SpatialNetwork(_SpatialNetwork):
 
     touches = True
 
-    rom: Springs = section()
+    rom: SpringKeys = section()
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="rom3d",
         meaning="a spatial network of beams",
         parts=(TiedSpatialNetwork, SpatialNetwork),
         sources=("rom.contacts_from", "rom.springs_from"),
-        build=later("knitstudy.knit.models.rom3d.build:build"),
+        build=lazy_import("knitstudy.knit.models.rom3d.build:build"),
         memory=500,
         seconds_a_cell=0.15,
     )

@@ -8,9 +8,8 @@ import xarray as xr
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.loading.solve import Problem
-from knitstudy.knit.models.rom3d import SpatialNetwork, TiedSpatialNetwork
-from knitstudy.knit.models.rom3d import Springs as SpringKeys
-from knitstudy.knit.yarns.joints import Joints, Springs, joint_points, patch_stiffness, springs
+from knitstudy.knit.models.rom3d import SpatialNetwork, SpringKeys, TiedSpatialNetwork
+from knitstudy.knit.yarns.joints import CrossingJoints, Springs, joint_points, patch_stiffness, springs
 from knitstudy.knit.yarns.network import contacts_of, problem, require_named, spatial_network
 
 PIN = 10.0  # stiffness of pins over E R: a newton moves the pinned points by a tenth of a micrometre
@@ -30,7 +29,7 @@ def build(
     rom = scene.rom
     contacts = contacts_of(fabric, contacts, scene.tie if isinstance(scene, TiedSpatialNetwork) else None)
     points = joint_points(fabric, contacts, rom.normal)
-    joints = Joints.all_tied(len(points.yarn))
+    joints = CrossingJoints.all_tied(len(points.yarn))
     if isinstance(rom, SpringKeys):
         require_named(f"rom.springs_from of scene {scene.name}", rom.springs_from, "springs", springs)
         joints = spring_joints(contacts, rom, springs)
@@ -48,7 +47,7 @@ def spring_joints(
     contacts: xr.Dataset,  # of a simulation with contact
     rom: SpringKeys,  # of the scene that is simulated
     springs_from: xr.Dataset | None = None,  # contacts of another simulation whose averaged springs are taken
-) -> Joints:
+) -> CrossingJoints:
     """Return the joints of a knit in contact: ties where it is tied, springs where yarns touch at full load.
 
     Raises ConfigurationError if the average is not positive along all axes; DataFileError if the contacts are not of a
@@ -59,7 +58,7 @@ def spring_joints(
     source = contacts if springs_from is None else springs_from
     stiffness = rom.stiffness or _averaged(springs(source, *kind), source)
     matrices = np.einsum("a,kai,kaj->kij", stiffness, own.axes, own.axes)
-    return Joints(own.open, np.where(own.bridged[:, None, None], matrices, np.nan))
+    return CrossingJoints(own.open, np.where(own.bridged[:, None, None], matrices, np.nan))
 
 
 def _averaged(measured: Springs, contacts: xr.Dataset) -> tuple[float, ...]:

@@ -7,13 +7,13 @@ from typing import Annotated, ClassVar
 from pydantic import Field, model_validator
 
 from knitstudy.knit.scene.keys import Section, numerics, resolution, section
-from knitstudy.knit.scene.kinds import MODELS, Model
+from knitstudy.knit.scene.kinds import MODELS, FidelityModel
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import SolidYarn
 from knitstudy.knit.scene.shared_sections import SolidContact, SolidGates, SolidNewton, Tie, TiedEdges
 from knitstudy.knit.scene.specimens import Cell, Crossing, Knit
 from knitstudy.mechanics.solids.spline_yarn import LARGEST_DEGREE
-from knitstudy.registry import later
+from knitstudy.registry import lazy_import
 
 Degree = Annotated[int, Field(ge=2, le=LARGEST_DEGREE)]
 
@@ -73,7 +73,7 @@ class PolynomialContact(SolidContact):
     0.75 of a pair: force +0.3 % at 0.15, -2.5 % at 0.5, -7.6 % at 0.75 (docs/notes/contact.md)."""
 
 
-class KnitContact(TiedEdges, PolynomialContact):
+class PolynomialKnitContact(TiedEdges, PolynomialContact):
     """Contact of knits of spline yarns."""
 
 
@@ -102,7 +102,7 @@ class SplineYarns(SplineScene, Knit):
     touches = True
 
     solver: SolidNewton = section()
-    contact: KnitContact = section()
+    contact: PolynomialKnitContact = section()
 
 
 class TiedPairOfSplineYarns(SplineScene, Crossing):
@@ -144,7 +144,7 @@ class CellOfSplineYarns(SplineScene, Cell):
 
 
 MODELS.register(
-    Model(
+    FidelityModel(
         name="spline_yarns",
         meaning="solid yarns of polynomials times splines",
         parts=(
@@ -157,6 +157,6 @@ MODELS.register(
         ),
         solid=True,
         outputs=("fields", "vtu"),
-        build=later("knitstudy.knit.models.spline_yarns.build:build"),
+        build=lazy_import("knitstudy.knit.models.spline_yarns.build:build"),
     )
 )

@@ -22,7 +22,7 @@ from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.knit.loading.solve import Problem
 from knitstudy.knit.mesh.mesher import ACROSS, Grips, check_shape, load_of, sampled_sections
 from knitstudy.knit.mesh.quality import require_memory
-from knitstudy.knit.mesh.section import Section, Spacing, place_slices
+from knitstudy.knit.mesh.section import SectionMesh, Spacing, place_slices
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising, sweep
 from knitstudy.knit.models.spline_yarns import (
     CellOfSplineYarns,
@@ -137,13 +137,13 @@ def build(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None) -> 
 def discretise(scene: SplineScene, fabric: Fabric, mesh: SweptMesh | None = None) -> Discretisation:
     """Return the yarns of a scene as polynomials times splines.
 
-    The length of an element, which stiffnesses of contact and tolerances refer to, is that of hexahedra in the sections
+    Stiffnesses of contact and tolerances refer to the length of an element: the length of a hexahedron in the sections
     at which the yarns are observed. Arguments and errors as of `build`.
     """
     if scene.value("pair.support") == "back":
         raise ConfigurationError(
-            "pair.support is 'back' but must be ends where fidelity is spline_yarns: half of a surface is no set of "
-            "unknowns there"
+            "pair.support is 'back' but must be ends where fidelity is spline_yarns: spline yarns cannot fix half of "
+            "their surface"
         )
     space, nodes, spans = undeformed_yarns(scene, fabric)
     # Tangent, factors of single yarns and sums
@@ -196,7 +196,9 @@ def _sections(fabric: Fabric) -> SweptMesh:
         return sampled_sections(fabric)
     check_shape(fabric)
     size = 2 * fabric.radius / ACROSS
-    return sweep(fabric.centrelines, Section.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size))
+    return sweep(
+        fabric.centrelines, SectionMesh.for_size(2 * fabric.radius, size), fabric.radius, Spacing(size)
+    )
 
 
 def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats, list[YarnSpans]]:
@@ -217,7 +219,7 @@ def undeformed_yarns(scene: SplineScene, fabric: Fabric) -> tuple[Space, Floats,
 def _space(spans: list[YarnSpans], loops: int | None = None) -> Space:
     """Return the space of yarns on their spans; yarns with the same spans share theirs.
 
-    Yarns of so many `loops` that repeat themselves are continued by one of them at both ends.
+    Periodic yarns of a number of `loops` are continued by one loop at both ends.
     """
     kinds = {
         kind: yarn_space(

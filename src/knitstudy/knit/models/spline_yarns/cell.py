@@ -82,7 +82,7 @@ def problem(
 
 
 @dataclass(frozen=True, eq=False)
-class Cell:
+class CellProblem:
     """A cell put together."""
 
     yarns: SolidYarns  # all rows and the image of the first
@@ -119,7 +119,9 @@ class Cell:
         return {f"{name}_stiffness": part for name, part in parts.items()}
 
 
-def assemble(scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation) -> Cell:
+def assemble(
+    scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, parts: Discretisation
+) -> CellProblem:
     """Return the cell of a scene; errors as of `problem`."""
     # Two images touch as the yarns do that they are images of.
     row = np.arange(len(parts.splines.yarns)) < rows_of(fabric)
@@ -130,7 +132,7 @@ def assemble(scene: TiedCellOfSplineYarns | CellOfSplineYarns, fabric: Fabric, p
     spread, jumps = periodic_map(parts.splines, rows, lattice, parts.nodes)
     stretch = sp.csr_matrix(jumps[:, :3] / lattice.lengths)
     model = PeriodicModel(yarns.model, sp.csr_matrix(sp.hstack([spread, stretch])))
-    return Cell(yarns, model, spread, jumps, lattice)
+    return CellProblem(yarns, model, spread, jumps, lattice)
 
 
 def rows_of(fabric: Fabric) -> int:

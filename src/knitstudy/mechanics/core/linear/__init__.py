@@ -52,7 +52,7 @@ class LinearSolver(Protocol):
     setup_seconds: float  # time that the last call of `solve` spent on factors
 
     def forget(self) -> None:
-        """Forget all that an increment leaves: a run that goes on from a file has no matrices of earlier ones."""
+        """Forget the state of earlier increments: a run that resumes from a file has no matrices of them."""
 
     def use(self, system: System) -> None:
         """Take over a new matrix; factors are made when they are needed."""

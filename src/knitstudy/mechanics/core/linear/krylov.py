@@ -26,7 +26,7 @@ log = logging.getLogger(__name__)
 ENTRIES = 400_000  # numbers of a matrix a range: enough that taking it in hand costs next to nothing
 
 
-class Rows:
+class RowRanges:
     """A matrix in ranges of rows, with blocks of one height; ``rows @ x`` is the matrix's own product."""
 
     def __init__(self, parts: Sequence[sp.bsr_matrix]) -> None:
@@ -34,7 +34,7 @@ class Rows:
         self.shape = sum(part.shape[0] for part in parts), parts[0].shape[1]
 
     @classmethod
-    def of(cls, matrix: sp.bsr_matrix) -> Rows:
+    def of(cls, matrix: sp.bsr_matrix) -> RowRanges:
         """Return a matrix cut into ranges of some `ENTRIES` numbers, without a copy of them."""
         pieces = max(1, round(matrix.data.size / ENTRIES))
         cuts = np.searchsorted(matrix.indptr, np.linspace(0, matrix.indptr[-1], pieces + 1)[1:-1])
@@ -49,7 +49,7 @@ class Rows:
         self,
         basis: sp.bsr_matrix,  # blocks as high as the matrix's
         dtype: type,  # of K P, no more than a range of which is ever held in the matrix's own, as P^T K P is
-    ) -> tuple[Rows, sp.csr_matrix]:
+    ) -> tuple[RowRanges, sp.csr_matrix]:
         """Return K P, of a square matrix K and a basis P (columns, m), and P^T K P (m, m)."""
         ends = np.cumsum([0, *(len(part.indptr) - 1 for part in self._parts)])
 
@@ -62,7 +62,7 @@ class Rows:
         row, column, data = (
             np.concatenate([getattr(piece, name) for piece in coarse]) for name in ("row", "col", "data")
         )
-        return Rows(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
+        return RowRanges(images), sp.csr_matrix((data, (row, column)), shape=2 * basis.shape[1:])
 
 
 def _part(matrix: sp.bsr_matrix, low: int, high: int) -> sp.bsr_matrix:
@@ -79,7 +79,7 @@ Apply = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass
-class Iterate:
+class KrylovIterate:
     """Approximate solution, its residual, the norm of the right-hand side, and iterations so far."""
 
     x: Floats
@@ -94,9 +94,9 @@ INDEFINITE = "the stiffness matrix is not positive definite (a buckling or a mec
 
 
 def conjugate_gradients(
-    matrix: Rows,  # (size, size), symmetric positive definite
+    matrix: RowRanges,  # (size, size), symmetric positive definite
     apply: Apply,  # the preconditioner
-    state: Iterate,
+    state: KrylovIterate,
     goal: float,  # norm of the residual to reach
     most: int,  # iterations to try
 ) -> str | None:
@@ -107,7 +107,7 @@ def conjugate_gradients(
 
     Examples
     --------
-    >>> matrix, now = np.array([[4.0, 1.0], [1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 4.0]), 1.0)
+    >>> matrix, now = np.array([[4.0, 1.0], [1.0, 3.0]]), KrylovIterate(np.zeros(2), np.array([5.0, 4.0]), 1.0)
     >>> conjugate_gradients(matrix, np.copy, now, goal=1e-9, most=5)
     >>> now.x.round(9).tolist(), now.iterations
     ([1.0, 1.0], 2)
@@ -136,14 +136,16 @@ def conjugate_gradients(
 RESTART = 30  # iterations after which all search directions but one are dropped; bounds the memory
 
 
-def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, most: int) -> str | None:
+def minimal_residuals(
+    matrix: RowRanges, apply: Apply, state: KrylovIterate, goal: float, most: int
+) -> str | None:
     """Improve an iterate in place by flexible GMRES; parameters as of `conjugate_gradients`.
 
     One direction survives every restart (Hicken and Zingg 2010).
 
     Examples
     --------
-    >>> matrix, now = np.array([[4.0, 1.0], [-1.0, 3.0]]), Iterate(np.zeros(2), np.array([5.0, 2.0]), 1.0)
+    >>> matrix, now = np.array([[4.0, 1.0], [-1.0, 3.0]]), KrylovIterate(np.zeros(2), np.array([5.0, 2.0]), 1.0)
     >>> minimal_residuals(matrix, np.copy, now, goal=1e-9, most=5)
     >>> now.x.round(9).tolist()
     [1.0, 1.0]
@@ -173,7 +175,7 @@ def minimal_residuals(matrix: Rows, apply: Apply, state: Iterate, goal: float, m
 
 MOST_ITERATIONS = 400  # iterations with a fresh preconditioner after which a solve counts as failed
 PATIENCE = 60  # most iterations that one solve may take with a preconditioner made for an earlier matrix
-# Iterations more than with a fresh preconditioner that may add up before it is made anew: as many as making one costs,
+# Iterations more than with a fresh preconditioner that may add up before it is made again: as many as making one costs,
 # so that never more than twice the least is spent (docs/notes/performance.md).
 WASTE = 15
 
@@ -182,10 +184,10 @@ class Preconditioner(Protocol):
     """An approximate inverse that can be older than the matrix it is applied for."""
 
     def update(self, system: System) -> None:
-        """Make the preconditioner anew; the matrix changes afterwards: parts that are kept have to be copied."""
+        """Make the preconditioner again; the matrix changes afterwards: parts that are kept have to be copied."""
 
     def release(self) -> None:
-        """Give up the preconditioner, so that searches and tangents can use its memory before it is made anew."""
+        """Give up the preconditioner, so that searches and tangents can use its memory before it is made again."""
 
     def apply(self, residual: Floats) -> Floats:
         """Return an approximate solution (size,) for a right-hand side (size,)."""
@@ -218,7 +220,7 @@ class Krylov:
         self._negative: int | None = None  # see `negative_eigenvalues`
 
     def forget(self) -> None:
-        """Give up the matrix and the preconditioner, which the next solve makes anew."""
+        """Give up the matrix and the preconditioner, which the next solve makes again."""
         self._waste = np.inf
         self.release()
 
@@ -230,7 +232,7 @@ class Krylov:
             self._direct.use(system)
 
     def release(self) -> None:
-        """Give up the matrix; the preconditioner stays unless it is due to be made anew."""
+        """Give up the matrix; the preconditioner stays unless it is due to be made again."""
         self._system = None
         if self._waste > WASTE:
             self.preconditioner.release()
@@ -264,7 +266,7 @@ class Krylov:
 
     def _solve(self, rhs: Floats, tolerance: float) -> Solution:
         self.setup_seconds, self._negative = 0.0, None
-        state = Iterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
+        state = KrylovIterate(np.zeros_like(rhs), rhs.copy(), float(np.linalg.norm(rhs)))
         assert self._system is not None, "no matrix to solve with: it was released"
         if self._waste > WASTE or not np.isin(self._system.touching, self._known).all():
             self._renew(self._system)
@@ -289,10 +291,10 @@ class Krylov:
         self._fresh, self._waste, self._rate = True, 0.0, 0.0
         self.setup_seconds += time.perf_counter() - started
 
-    def _iterate(self, system: System, state: Iterate, tolerance: float) -> str | None:
+    def _iterate(self, system: System, state: KrylovIterate, tolerance: float) -> str | None:
         """Improve an iterate in place; return what went wrong, if anything."""
         goal = tolerance * state.level
-        rows = Rows.of(system.matrix)
+        rows = RowRanges.of(system.matrix)
         # iterations of a fresh preconditioner
         wanted = -np.log10(tolerance) / self._rate if self._rate > 0 else 0.0
         most = MOST_ITERATIONS if self._fresh else min(round(wanted) + WASTE, PATIENCE)

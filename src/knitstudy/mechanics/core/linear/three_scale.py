@@ -20,7 +20,7 @@ from knitstudy.errors import ConvergenceError
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.batches import share
 from knitstudy.mechanics.core.linear import System, factorise, factorise_band, solve_band
-from knitstudy.mechanics.core.linear.krylov import Rows
+from knitstudy.mechanics.core.linear.krylov import RowRanges
 from knitstudy.mechanics.core.model import rigid_motions
 from knitstudy.mechanics.core.pattern_sum import block_entries
 
@@ -127,7 +127,7 @@ class YarnScale:
         return band.reshape((width, (last - first) * 3), order="F"), lumps
 
     def _reach(self, matrix: sp.bsr_matrix, first: int, last: int) -> int:
-        """Return the bandwidth of nodes first .. last: that of their coupling, or that of the elements."""
+        """Return the bandwidth of nodes first .. last: of their coupling, or of the elements."""
         reach = self._bandwidth
         for _, _, row, column, _ in _chunks(matrix, first, last):
             reach = max(reach, int((row - column).max(where=column >= first, initial=0)))
@@ -190,7 +190,7 @@ class CrossingScale:
     def __init__(self, structure: KnitStructure) -> None:
         self._tied = structure.patch
         self.unknowns = np.empty(0, dtype=np.int64)
-        self._columns: Rows | None = None  # of the unknowns
+        self._columns: RowRanges | None = None  # of the unknowns
 
     def update(self, system: System) -> None:
         """Factorise the patches of a matrix: around ties, and around the nodes where contact acts.
@@ -208,7 +208,7 @@ class CrossingScale:
         if unsymmetric is not None and unsymmetric.nnz:
             columns = columns + unsymmetric.tocsr()[:, self.unknowns].tobsr(blocksize=(3, 3))
         own = _block_rows(columns, patch).tocsr()
-        self._columns = Rows.of(columns)
+        self._columns = RowRanges.of(columns)
         self._groups = _groups(own)
 
         def make(number: int) -> SuperLU:
@@ -272,7 +272,7 @@ class FabricScale:
 
     def __init__(self, structure: KnitStructure) -> None:
         self._structure = structure
-        self._grid: tuple[SuperLU, Rows, Rows, Rows] | None = None
+        self._grid: tuple[SuperLU, RowRanges, RowRanges, RowRanges] | None = None
         first = np.searchsorted(structure.yarn, structure.yarn)
         within = (structure.station - structure.station[first]) // STATIONS
         label = structure.yarn * (within.max() + 1) + within
@@ -284,10 +284,10 @@ class FabricScale:
         About undeformed arms, rigid motions would stretch parts that have turned.
         """
         prolongation = self.prolongation(moved)
-        effect, coarse = Rows.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
+        effect, coarse = RowRanges.of(matrix).galerkin(prolongation, np.float32)  # K P, P^T K P
         prolongation = prolongation.astype(np.float32)
-        spread = Rows.of(prolongation)
-        collect = Rows.of(prolongation.T.tobsr(blocksize=(6, 3)))
+        spread = RowRanges.of(prolongation)
+        collect = RowRanges.of(prolongation.T.tobsr(blocksize=(6, 3)))
         self._grid = factorise(_anchor(coarse)), spread, collect, effect
 
     def release(self) -> None:
@@ -332,7 +332,7 @@ class ThreeScale:
         self.crossing = CrossingScale(structure) if structure.patch is not None else None
 
     def update(self, system: System) -> None:
-        """Make all factors anew."""
+        """Make all factors again."""
         self.release()
         with system.symmetric():
             self.yarn.update(system.matrix)

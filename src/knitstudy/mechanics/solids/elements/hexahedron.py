@@ -102,7 +102,7 @@ def gradient_stiffness(
     np.matmul(gradient, half.reshape(e, 3 * q, 9 * b), out=out.reshape(e, gradient.shape[1], 9 * b))
 
 
-class Hexahedra(Elements):
+class HexahedronElements(Elements):
     """Elements of n nodes and q points each, in total Lagrangian form.
 
     Forces are not numbers where an element is folded at one of its points.
@@ -154,7 +154,7 @@ HOURGLASS = np.stack([_Y * _Z, _X * _Z, _X * _Y, _X * _Y * _Z])
 
 
 @ELEMENTS.register
-class OnePointHexahedron(Hexahedra):
+class OnePointHexahedron(HexahedronElements):
     """Mean-gradient hexahedron with stiffness hourglass control (Flanagan and Belytschko 1981).
 
     The mean gradient passes the patch test on any mesh. The hourglass force is a constant matrix times the
@@ -358,7 +358,7 @@ QUADRATIC_GRADIENTS = shape_gradient(GAUSS, quadratic_shape)
 
 
 @ELEMENTS.register
-class QuadraticHexahedron(Hexahedra):
+class QuadraticHexahedron(HexahedronElements):
     """Twenty-node hexahedron with 2 x 2 x 2 Gauss points.
 
     Eight points see 48 of the 54 deformations of one element: six of its modes cost no energy. A single row of elements

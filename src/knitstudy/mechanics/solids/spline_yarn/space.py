@@ -185,7 +185,7 @@ def yarn_space(
     sharp: np.ndarray | Sequence[int] = (),  # breaks where a grip ends
     beyond: int = 0,  # spans before and after the yarn that continue it as it repeats itself
 ) -> YarnSpace:
-    """Return the space of a yarn whose spans have the degrees over the section that are asked for.
+    """Return the space of a yarn whose spans have the given degrees over the section.
 
     A coefficient takes the largest degree of the spans that it reaches over, so that no span has less.
 

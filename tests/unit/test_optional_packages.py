@@ -1,4 +1,4 @@
-"""The rooms `use` and `paper` can be removed: what is left imports, lists its commands and simulates a scene."""
+"""The packages `use` and `paper` can be removed: what is left imports, lists its commands and simulates a scene."""
 
 import os
 import shutil
@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from knitstudy.registry import wings
+from knitstudy.registry import optional_packages
 
 PACKAGE = Path(__file__).parents[2] / "src" / "knitstudy"
 LEFT_OUT = shutil.ignore_patterns("use", "paper", "__pycache__")
@@ -32,7 +32,7 @@ print(history.sizes["increment"], float(history["force"][-1]) > 0)
 
 @pytest.fixture(scope="module")
 def bare(tmp_path_factory):
-    """Function that runs Python with the package without wings, in an empty folder; it returns what came out."""
+    """Function that runs Python without the optional packages, in an empty folder; it returns the finished process."""
     folder = tmp_path_factory.mktemp("bare")
     shutil.copytree(PACKAGE, folder / "src" / "knitstudy", ignore=LEFT_OUT)
     shutil.copytree(PACKAGE / "data", folder / "src" / "knitstudy" / "data", dirs_exist_ok=True)
@@ -47,17 +47,17 @@ def bare(tmp_path_factory):
     return run
 
 
-def test_wings_are_found():
-    commands = {name for wing in wings() for name in wing.commands}
+def test_optional_packages_are_found():
+    commands = {name for package in optional_packages() for name in package.commands}
     assert {"show", "export", "fit"} <= commands if (PACKAGE / "use").is_dir() else not commands
-    assert any(wing.report for wing in wings()) == (PACKAGE / "paper").is_dir()
+    assert any(package.report for package in optional_packages()) == (PACKAGE / "paper").is_dir()
 
 
-def test_without_wings_everything_left_imports(bare):
+def test_without_optional_packages_everything_else_imports(bare):
     assert int(bare("-c", IMPORTS).stdout.removesuffix(" []\n")) > 100
 
 
-def test_without_wings_the_command_has_those_of_the_core(bare):
+def test_without_optional_packages_the_command_lists_core_commands(bare):
     listed = bare("-m", "knitstudy", "--help").stdout.partition("Commands:")[2]
     assert [line.split()[0] for line in listed.splitlines() if line] == [
         "list",
@@ -69,11 +69,11 @@ def test_without_wings_the_command_has_those_of_the_core(bare):
     ]
 
 
-def test_without_wings_a_scene_runs(bare):
+def test_without_optional_packages_a_scene_runs(bare):
     assert bare("-c", SIMULATES).stdout == "3 True\n"
 
 
-def test_without_wings_a_study_has_no_figures_tables_and_report(bare):
+def test_without_optional_packages_a_study_has_no_figures_tables_and_report(bare):
     jobs = set(bare("-m", "knitstudy", "study", "ci", "--", "--dry-run").stderr.split())
     assert "simulation" in jobs
     assert not {"figure", "table", "report", "mesh_vtu"} & jobs
