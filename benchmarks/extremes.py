@@ -283,7 +283,7 @@ def judged(trial: Trial, plan: Plan, folder: Path) -> dict[str, Any]:
     started = time.process_time()
     try:
         scene = trial.scene()
-        history = simulate(scene, folder, plan=plan, anew=True).history
+        history = simulate(scene, folder, plan=plan, force=True).history
         row = measured(history, scene) | {"seconds [s]": time.process_time() - started}
         wrong = faults(history, scene)
         if not wrong and row["seconds [s]"] <= trial.cheap:
@@ -332,7 +332,7 @@ def twice(scene: Scene, history: xr.Dataset, plan: Plan, folder: Path) -> dict[s
     """Return how much the largest force of a scene depends on the number of increments."""
     finer = scene.replace("solver.increments", 2 * scene.solver.increments)
     try:
-        other = simulate(finer, folder, plan=plan, anew=True).history
+        other = simulate(finer, folder, plan=plan, force=True).history
     except KnitstudyError as error:
         return {"in twice the increments": message_of(error)}
     largest = float(np.abs(history["force"]).max())

@@ -80,11 +80,11 @@ def code_of(problem: PhysicalProblem, setting: str) -> str:
 
 
 def measure_sample(
-    first: int, folder: Path = SAMPLE, anew: bool = False, only: Collection[str] = ()
+    first: int, folder: Path = SAMPLE, force: bool = False, only: Collection[str] = ()
 ) -> pd.DataFrame:
     """Run all model settings on the first knits of the sample, one after the other, and return their errors and prices.
 
-    Records of other code are used as well, with a message, unless `anew` makes them again; `only` are cases, or all.
+    Records of other code are used as well, with a message, unless `force` makes them again; `only` are cases, or all.
     """
     trade = load_trade()
     listed = folder / "knits.csv"
@@ -116,7 +116,7 @@ def measure_sample(
                     continue
                 code = code_of(problem, setting)
                 path = folder / f"{name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
-                if anew or not path.is_file():
+                if force or not path.is_file():
                     shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
                     record = run(problem, setting, SCRATCH) | {"code": code}
                     write_text(json.dumps(record), path)
@@ -223,6 +223,6 @@ if __name__ == "__main__":
     parser.add_argument("--force", action="store_true", help="measure knits even if their records are there")
     asked = parser.parse_args()
     try:
-        print(keep(measure_sample(asked.first, anew=asked.force, only=asked.cases)))
+        print(keep(measure_sample(asked.first, force=asked.force, only=asked.cases)))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

@@ -325,7 +325,7 @@ def test_run(knitstudy, config, simulated, monkeypatch):
     assert ["loops", "3", "1"] in table(result)
     assert "mine/simulation/a.nc:" in result.stderr
     assert simulated["scene"].load.strain == 0.01
-    assert (str(simulated["folder"]), simulated["config"], simulated["anew"]) == ("mine", config, False)
+    assert (str(simulated["folder"]), simulated["config"], simulated["force"]) == ("mine", config, False)
 
 
 @pytest.mark.parametrize(

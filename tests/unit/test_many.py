@@ -43,7 +43,7 @@ def made(monkeypatch, tmp_path):
 
 def test_another_scene_of_one_name_is_a_warning(cell, made, tmp_path, caplog):
     simulate(cell, tmp_path)
-    simulate(cell, tmp_path, anew=True)
+    simulate(cell, tmp_path, force=True)
     assert "another scene" not in caplog.text
     simulate(cell.vary({FRICTION: 0.2}), tmp_path)
     assert "cell.nc: another scene of this name (contact.friction) is replaced; set name" in caplog.text

@@ -151,7 +151,7 @@ def test_a_curve_that_ended_early_is_kept_and_named(plan, tmp_path):
         ("dns-a", "rom3d-a"), why
     )
     ending = replace(failing, stage=replace(failing.stage, function=lambda _: whole))
-    store.make(ending, {}, anew=True)
+    store.make(ending, {}, force=True)
     assert not list(tmp_path.rglob("*.incomplete.nc"))
 
 
@@ -244,7 +244,7 @@ def test_failure_leaves_earlier_results(sprung, made, tmp_path, monkeypatch):
 
     monkeypatch.setitem(STAGES, "simulation", replace(STAGES["simulation"], function=fail))
     with pytest.raises(DataFileError):
-        simulate(scene, tmp_path, config=sprung, anew=True)
+        simulate(scene, tmp_path, config=sprung, force=True)
     assert path.read_bytes() == before
 
 

@@ -57,7 +57,7 @@ def simulate(
     *,
     config: Path = CONFIG,
     progress: BeginProgress | None = None,
-    anew: bool = False,
+    force: bool = False,
     plan: Plan | None = None,
 ) -> Results:
     """Simulate a scene, and before it whatever it takes joints or springs from.
@@ -77,7 +77,7 @@ def simulate(
     progress : callable, optional
         Called with the label of a stage, returns the receiver of its progress; for example
         `knitstudy.knit.loading.run.Progress`, which prints lines with the time left.
-    anew : bool
+    force : bool
         Simulate the scene even if its result is there.
 
     Raises
@@ -96,9 +96,9 @@ def simulate(
     for warning in unit_warnings(scene):
         log.warning(warning)
     path = kept and kept / steps["simulation"].path
-    if path and scene.name not in plan.configured and (anew or not store.holds(steps["simulation"])):
+    if path and scene.name not in plan.configured and (force or not store.holds(steps["simulation"])):
         warn_of_another(scene, path)
-    history = store.get(steps["simulation"], anew)
+    history = store.get(steps["simulation"], force)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
     for step in steps.values() if kept else ():

@@ -61,20 +61,20 @@ class Store:
     made: dict[str, xr.Dataset] = field(default_factory=dict)  # by digest
     makes: bool = True  # else NotKept is raised where a result would be made
 
-    def get(self, step: Step, anew: bool = False) -> Any:
+    def get(self, step: Step, force: bool = False) -> Any:
         """Return a result: from memory, from its file if that is up to date, else made and written.
 
         Scenes whose keys differ only where the stage does not read them share one result in memory. A result that is no
-        dataset is a file alone, and None is returned. With `anew` the result itself is made again.
+        dataset is a file alone, and None is returned. With `force` the result itself is made again.
         """
         if step.digest in self.made:
             return self.made[step.digest]
-        result = None if anew or not step.stage.is_dataset else self.found(step)
-        if result is None and not anew:
+        result = None if force or not step.stage.is_dataset else self.found(step)
+        if result is None and not force:
             result = self._shared(step)
         if result is None:
             step.require_machine()  # before anything is made for it
-            result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, anew)
+            result = self.make(step, {name: self.get(need) for name, need in step.needs.items()}, force)
         if result is not None:
             self.made[step.digest] = result
         return result
@@ -111,11 +111,11 @@ class Store:
                     return True
         return False
 
-    def make(self, step: Step, needed: Mapping[str, xr.Dataset], anew: bool = False) -> xr.Dataset | None:
+    def make(self, step: Step, needed: Mapping[str, xr.Dataset], force: bool = False) -> xr.Dataset | None:
         """Make a result, write it with its digest if there is a folder, and then delete the restart file.
 
         A history that ends before full load has a file of its own, and is computed again for the same digest only
-        `anew`. Raises EndedEarly where it is there.
+        with `force`. Raises EndedEarly where it is there.
         """
         path = self._path(step)
         if path is not None:
@@ -123,7 +123,7 @@ class Store:
         if not step.stage.is_dataset:
             self._write(step, path, needed)
             return None
-        if path is not None and not anew:
+        if path is not None and not force:
             self._require_open_end(step)
         if not self.makes:
             raise NotKept(step)

@@ -85,7 +85,7 @@ def run(
     plan = console.plan_with(scene, config)
     try:
         with log_on_console(verbose):
-            results = simulate(chosen, output, config=config, progress=Progress, anew=force, plan=plan)
+            results = simulate(chosen, output, config=config, progress=Progress, force=force, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
         raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
