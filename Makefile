@@ -70,8 +70,16 @@ swatches: environment  ## predict the sizes of 28 swatches from one yarn; resour
 	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/swatches.py
 
 .PHONY: test
-test: environment  ## pass all tests, in two processes
+test: environment  ## pass the tests that show that an installation works, in two processes (some five minutes)
+	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS) --quick
+
+.PHONY: test-all
+test-all: environment  ## pass all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
+
+.PHONY: seconds
+seconds: environment  ## pass all tests, and write down which take long; tests/seconds.csv
+	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS) --seconds
 
 .PHONY: test-without-optional
 test-without-optional: environment  ## pass the unit tests that are left without the packages `use` and `paper`, in run/bare

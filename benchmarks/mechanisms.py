@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 
 from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.knit.contacts.facets import tied_crossings
+from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.contacts.kinematics import twist
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of

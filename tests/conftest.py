@@ -1,5 +1,6 @@
 """What tests of several kinds share: one small plain knit that needs no optimisation, and how processes share tests."""
 
+import csv
 import importlib.util
 import os
 import platform
@@ -22,8 +23,44 @@ from knitstudy.knit.scene.sections import CellStrain, Pattern, SetYarn
 from knitstudy.knit.scene.shared_sections import Friction
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 
+SECONDS = Path(__file__).with_name("seconds.csv")
+"""Tests that take longer than `LONG`, and what takes the time: the test, or the setup of what it shares with others."""
+
+LONG = 2.0  # seconds
+
+QUICK_OF_WORKFLOW = ("test_chain.py", "test_stage.py")
+"""Tests of the workflow that run with --quick: a tiny study from end to end, and one stage of it."""
+
+
+class Seconds:
+    """Writes how long tests take; a plugin of the process that collects the reports."""
+
+    def __init__(self):
+        self.rows = {}
+
+    def pytest_runtest_logreport(self, report):
+        if report.when in ("setup", "call") and report.duration > LONG:
+            self.rows[report.nodeid, report.when] = report.duration
+
+    def pytest_sessionfinish(self):
+        rows = [f"{test},{when},{seconds:.1f}\n" for (test, when), seconds in sorted(self.rows.items())]
+        SECONDS.write_text("test,when,seconds\n" + "".join(rows), encoding="utf-8")
+
+
+def left_out():
+    """Return the tests, and the files with a long setup, that --quick leaves out."""
+    with SECONDS.open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    tests = {row["test"] for row in rows if row["when"] == "call"}
+    files = {row["test"].partition("::")[0] for row in rows if row["when"] == "setup"}
+    return tests, files
+
 
 def pytest_addoption(parser):
+    parser.addoption(
+        "--quick", action="store_true", help=f"leave out tests above {LONG:g} s and most studies"
+    )
+    parser.addoption("--seconds", action="store_true", help=f"write {SECONDS.name}")
     group = parser.getgroup("verification")
     group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
     group.addoption("--cases", action="store_true", help="collect only tests that record a case")
@@ -32,7 +69,8 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "full: takes long; runs with --full (`make verify`)")
-
+    if config.getoption("--seconds") and not hasattr(config, "workerinput"):
+        config.pluginmanager.register(Seconds())
     config.addinivalue_line("markers", "optional_packages: needs the packages `use` and `paper`")
 
 
@@ -62,11 +100,24 @@ def pytest_runtest_setup(item):
         pytest.skip(f"needs the removed packages {', '.join(REMOVED)}")
 
 
-def pytest_collection_modifyitems(items):
+def is_quick(item, tests, files):
+    """Return whether a test runs with --quick."""
+    file, _, _ = item.nodeid.partition("::")
+    if item.path.parent.name == "workflow":
+        return item.path.name in QUICK_OF_WORKFLOW
+    return item.nodeid not in tests and file not in files
+
+
+def pytest_collection_modifyitems(config, items):
     """Begin with the study that tests of the workflow look at; what waits for it comes after the other long tests.
 
     Short tests come last: processes that share the tests then end together.
     """
+    if config.getoption("--quick"):
+        long = left_out()
+        others = [item for item in items if not is_quick(item, *long)]
+        config.hook.pytest_deselected(items=others)
+        items[:] = [item for item in items if item not in set(others)]
     waiting = {item.path for item in items if {"finished", "finished_copy"} & set(item.fixturenames)}
     kinds = ("workflow", "verification", "regression", "unit")
 
