@@ -21,8 +21,8 @@ from scipy.optimize import brentq
 
 from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
-from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.contacts.kinematics import twist
+from knitstudy.knit.geometry.crossings import tied_crossings
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.geometry.lay_out import lay_out
