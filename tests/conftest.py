@@ -27,6 +27,7 @@ SECONDS = Path(__file__).with_name("seconds.csv")
 """Tests that take longer than `LONG`, and what takes the time: the test, or the setup of what it shares with others."""
 
 LONG = 2.0  # seconds
+LONG_SETUP = 8.0  # seconds, beyond which --quick leaves out all tests of a file, which share the setup
 
 QUICK_OF_WORKFLOW = ("test_chain.py", "test_stage.py")
 """Tests of the workflow that run with --quick: a tiny study from end to end, and one stage of it."""
@@ -43,8 +44,10 @@ class Seconds:
             self.rows[report.nodeid, report.when] = report.duration
 
     def pytest_sessionfinish(self):
-        rows = [f"{test},{when},{seconds:.1f}\n" for (test, when), seconds in sorted(self.rows.items())]
-        SECONDS.write_text("test,when,seconds\n" + "".join(rows), encoding="utf-8")
+        with SECONDS.open("w", encoding="utf-8", newline="") as file:
+            table = csv.writer(file, lineterminator="\n")
+            table.writerow(("test", "when", "seconds"))
+            table.writerows((*test, f"{seconds:.1f}") for test, seconds in sorted(self.rows.items()))
 
 
 def left_out():
@@ -52,7 +55,8 @@ def left_out():
     with SECONDS.open(encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     tests = {row["test"] for row in rows if row["when"] == "call"}
-    files = {row["test"].partition("::")[0] for row in rows if row["when"] == "setup"}
+    setups = [row for row in rows if row["when"] == "setup" and float(row["seconds"]) > LONG_SETUP]
+    files = {row["test"].partition("::")[0] for row in setups}
     return tests, files
 
 

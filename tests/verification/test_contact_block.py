@@ -114,7 +114,7 @@ def test_penetration_is_removed_or_refused():
 def test_indentation_of_spline_yarns_is_refused_on_hexahedra():
     law = indentation(2, 0.9, 3, modulus=MODULUS, poisson=0.4, radius=1.0, friction=FRICTION)
     bodies = [plate([1, 1, 1], np.ones(3), up=up).moved([0, 0, -up]) for up in (True, False)]
-    with refusal("surfaces of other elements, which show all of it: use"):
+    with refusal("surfaces belong to other elements, which resolve all of it: use"):
         together(bodies, law, size=SIZE)
 
 
