@@ -38,7 +38,9 @@ SAYING = ("knitstudy.run.simulations", "knitstudy.run.store", "knitstudy.knit.lo
 @click.option(
     "--threads", type=click.IntRange(min=1), help="Threads of a direct simulation; default: all cores."
 )
-@click.option("--force", is_flag=True, help="Simulate the scene even if its result is there.")
+@click.option(
+    "--force", "--anew", "force", is_flag=True, help="Simulate the scene even if its result is there."
+)
 @click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
 @console.config_option
 def run(
