@@ -1,4 +1,4 @@
-"""What counts as a change of the code behind a result: statements do, comments and descriptions do not."""
+"""The digest of the code behind a result changes with a statement, and not with a comment or a docstring."""
 
 import ast
 import shutil
@@ -9,10 +9,10 @@ from pathlib import Path
 import pytest
 
 from knitstudy.run import code_digest as code
-from knitstudy.run.code_digest import MODEL, OF_SCENES, READERS, code_digest, physics_digest
+from knitstudy.run.code_digest import FILES_OF_INPUT, MODEL, OF_SCENES, code_digest, physics_digest
 
 SOURCE = code.PACKAGE
-SCENES = [file for files in OF_SCENES for file in SOURCE.glob(files) if file.name not in READERS]
+SCENES = [file for files in OF_SCENES for file in SOURCE.glob(files) if file.name not in FILES_OF_INPUT]
 
 
 def counted():
@@ -88,7 +88,9 @@ def test_every_module_that_a_simulation_reaches_counts_or_reads_keys():
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=SOURCE.parent
     )
     reached = {Path(file) for file in done.stdout.split("\n") if file}
-    files = {str(file) for file in counted()} | {str(SOURCE / "knit" / "scene" / name) for name in READERS}
+    files = {str(file) for file in counted()} | {
+        str(SOURCE / "knit" / "scene" / name) for name in FILES_OF_INPUT
+    }
     assert len(reached) > 80
     assert not [file for file in map(str, reached) if file not in files and "return" in open(file).read()]
 

@@ -35,7 +35,14 @@ MODEL = (
 OF_SCENES = ("knit/scene/*.py", "knit/models/*/__init__.py")
 """Files of scenes, whose functions count for all results."""
 
-READERS = ("alternatives.py", "documents.py", "keys.py", "knit_graph.py", "knitout.py", "knitting_machine.py")
+FILES_OF_INPUT = (
+    "alternatives.py",
+    "documents.py",
+    "keys.py",
+    "knit_graph.py",
+    "knitout.py",
+    "knitting_machine.py",
+)
 """Files of `knit/scene` that turn what people write into keys."""
 
 _PART = re.compile(
@@ -102,7 +109,9 @@ def _stands_alone(source: str, match: re.Match[str]) -> bool:
 
 @cache
 def _digest(places: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
-    scenes = [file for files in OF_SCENES for file in sorted(PACKAGE.glob(files)) if file.name not in READERS]
+    scenes = [
+        file for files in OF_SCENES for file in sorted(PACKAGE.glob(files)) if file.name not in FILES_OF_INPUT
+    ]
     digest = hashlib.sha256()
     for file in scenes:
         digest.update(_functions(file.read_text(encoding="utf-8")).encode())

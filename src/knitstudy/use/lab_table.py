@@ -66,8 +66,8 @@ class _Found:
 def read_lab_table(path: Path, skip_bad: bool = False, number: int | None = None) -> pd.DataFrame:
     """Return a table of a file: numbers (float) and words by names of columns, by the numbers of their lines.
 
-    Units stand in brackets behind names, also if the file has them in a row of their own. Lines that are not of the
-    table are named in the log.
+    Every column name ends with its unit in brackets, even if the file has a separate row of units. The log names the
+    lines that do not belong to the table.
 
     Parameters
     ----------

@@ -25,8 +25,11 @@ CONFIG, RESOURCES, WORKFLOW = ((DATA / name).resolve() for name in ("config", "r
 """The default configuration, the committed tables, and scripts and rules of the workflow."""
 
 
-LARGEST, DEEPEST = 5_000_000, 20
-"""Characters of a YAML text, and lists within lists, that are read: a few seconds, and twice what anybody needs."""
+LARGEST = 5_000_000
+"""Most characters of a YAML text: reading them takes a few seconds."""
+
+DEEPEST = 20
+"""Most lists and mappings inside each other: twice as many as a configuration needs."""
 
 
 def read_yaml(path: Path) -> dict[str, Any]:
