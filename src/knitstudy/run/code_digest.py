@@ -3,7 +3,8 @@
 Of every file in the packages that make the result its statements count, without comments, docstrings and blank lines.
 Files of scenes are another case. The values of keys are in the digest of a scene, so that the keys themselves, their
 defaults, limits and descriptions do not count; but scenes compute as well (radii, which row has which yarn, friction),
-and their functions do. Files that turn what people write into keys do not count at all: their answer is the keys.
+and their functions and constants do. Files that turn what people write into keys do not count at all: their answer is
+the keys.
 """
 
 from __future__ import annotations
@@ -33,15 +34,17 @@ MODEL = (
 """Packages and files whose code makes the numbers of meshes and of simulations."""
 
 OF_SCENES = ("knit/scene/*.py", "knit/models/*/__init__.py")
-"""Files of scenes, whose functions count for all results."""
+"""Files of scenes, whose functions and constants count for all results."""
 
 FILES_OF_INPUT = (
     "alternatives.py",
     "documents.py",
+    "flat_knit.py",
     "keys.py",
     "knit_graph.py",
     "knitout.py",
     "knitting_machine.py",
+    "repeat_search.py",
 )
 """Files of `knit/scene` that turn what people write into keys."""
 
@@ -114,7 +117,7 @@ def _digest(places: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
     ]
     digest = hashlib.sha256()
     for file in scenes:
-        digest.update(_functions(file.read_text(encoding="utf-8")).encode())
+        digest.update(_computed(file.read_text(encoding="utf-8")).encode())
     for place in sorted(set(places)):
         path = PACKAGE / place
         inside = sorted(
@@ -133,13 +136,20 @@ _statements = lru_cache(maxsize=None)(statements)
 
 
 @cache
-def _functions(source: str) -> str:
-    """Return the statements of all functions of a file, without validators: these refuse values and change none."""
-    return "\n".join(statements(text) for text in _texts_of_functions(source))
+def _computed(source: str) -> str:
+    """Return what a file of scenes computes: the statements of its functions, and its constants.
+
+    Validators do not count: they refuse values and change none.
+    """
+    return "\n".join(statements(text) for text in _computing_parts(source))
 
 
-def _texts_of_functions(source: str) -> Iterator[str]:
-    for node in ast.walk(ast.parse(source)):
+def _computing_parts(source: str) -> Iterator[str]:
+    module = ast.parse(source)
+    for statement in module.body:
+        if isinstance(statement, ast.Assign | ast.AnnAssign):
+            yield ast.get_source_segment(source, statement) or ""
+    for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             decorators = "".join(ast.dump(each) for each in getattr(node, "decorator_list", []))
             if "validator" not in decorators:
