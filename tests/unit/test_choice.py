@@ -16,7 +16,7 @@ from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, load_trade
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene, load_scenes, problem_of
 
@@ -40,7 +40,12 @@ def row(problem, setting, measured, scatter=1.0):
     values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(problem.inputs)
     about = {"knit": problem.scene.name, "problem": problem.digest, "case": str(problem.case)}
     about |= {"model setting": setting}
-    return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
+    return (
+        dict.fromkeys((*choice.COLUMNS, *choice.OF_OWN), 0)
+        | about
+        | {"question": "force", "reason": ""}
+        | values
+    )
 
 
 @pytest.fixture(scope="module")
@@ -180,8 +185,10 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     changes = {"yarn.poisson_ratio": 0.49}
     mine = PhysicalProblem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
     rows = [row(mine, "network", (0.3, 2, 9)), row(mine, "yarns2", (np.inf, 2, 9))]
-    for code, remark in ((physics_digest(), ""), ("", ", by other physics: measure it again (measured.csv)")):
-        write_table(pd.DataFrame(rows).assign(code=code), choice.OWN)
+    other = ", by other physics: measure it again (measured.csv)"
+    now = [behaviour([mine.trade.group_of(mine.case, each["model setting"])]) for each in rows]
+    for made_by, remark in ((now, ""), ("older", other)):
+        write_table(pd.DataFrame(rows).assign(behaviour=made_by), choice.OWN)
         actual = ask(changes, accuracy=0.5)
         assert (actual.setting.name, actual.setting.error) == ("network", 0.3)
         assert actual.promises.basis == f"on this very knit{remark}"

@@ -18,12 +18,13 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from PIL import Image, UnidentifiedImageError
 
-from knitstudy.datasets import STAMP, VERSIONS, read_dataset, read_result, read_table, require_unchanged
+from knitstudy.datasets import VERSIONS, read_dataset, read_result, read_table, require_unchanged
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.verdicts import counted
 from knitstudy.run.catalogue import FIGURES, TABLES, Display
+from knitstudy.run.committed_tables import RUN, with_runs
 from knitstudy.run.configuration import load_study
 from knitstudy.run.stages import STAGES
 from knitstudy.run.store import scenes_of
@@ -61,7 +62,7 @@ def render(
     drawn = {path.name: path for path in pictures}
     drawn |= {name: path for name, path in instead.items() if path.suffix == ".png"}
     results = dict(results) | {
-        name: read_table(instead[f"{name}.csv"]).drop(columns=[*STAMP], errors="ignore")
+        name: read_table(instead[f"{name}.csv"]).drop(columns=RUN, errors="ignore")
         for name in TABLES.names()
         if f"{name}.csv" in instead
     }
@@ -345,7 +346,7 @@ def age_warning(kept: Path, column: str, present: Mapping[str, str], what: str, 
 
     `what` names the committed rows in the plural, `target` is their target of make.
     """
-    table = read_table(kept, needs=(column, "made"))
+    table = with_runs(kept)
     changed = table[table[table.columns[0]].map(present) != table[column]]
     if changed.empty:
         return ""

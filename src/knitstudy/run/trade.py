@@ -28,10 +28,10 @@ from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import MEGABYTE, memory_growth
-from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_rows
+from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OF_OWN, OWN, SECONDS, measured_rows
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, Trade
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
 
@@ -115,8 +115,7 @@ def rows_of(
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
             share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
-            remarks = {"reason": record["reason"], "code": record.get("code", "")}
-            remarks |= {"value [SI]": record["values"].get(quantity)}
+            remarks = {"reason": record["reason"], "value [SI]": record["values"].get(quantity)}
             of = {
                 "case": str(case),
                 "model setting": record["model setting"],
@@ -184,7 +183,7 @@ def collect(
             about = {"knit": knit, "problem": problem.digest} | asdict(problem.inputs)
             of = [run for run in measured[knit] if run["model setting"] in problem.settings]
             rows += rows_of(of, case, about, trade, true)
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return pd.DataFrame(rows, columns=[*COLUMNS, "problem"])
 
 
 def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
@@ -202,14 +201,16 @@ def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
     if problem.inputs.strain < 0 or scene.value("load.largest_force") is not None:
         which = "in tension and to a strain: leave out load.largest_force, or take a load.strain > 0"
         raise ConfigurationError(f"scene {scene.name!r}: models are compared {which}")
-    measured_rows(OWN)  # which refuses a table of something else
+    measured_rows(OWN, (*COLUMNS, *OF_OWN))  # which refuses a table of something else
     settings = problem.trade.settings_of(problem.case)
-    records = [run(named, setting, folder, say=True) | {"code": physics_digest()} for setting in settings]
+    records = [run(named, setting, folder, say=True) for setting in settings]
     of = (scene.name, problem.case)
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
-    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
+    groups = {name: behaviour([problem.trade.group_of(problem.case, name)]) for name in settings}
+    table = table.assign(behaviour=table["model setting"].map(groups))
+    before = read_table(OWN) if OWN.is_file() else table[:0]
     others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

@@ -26,7 +26,7 @@ from knitstudy.knit.scene.scene import Scene, set_dotted
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -37,7 +37,8 @@ ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "model setting", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
 COLUMNS += ("quantity", "uncertainty of the reference value [1]", "unknowns [1]", "increments [1]", "reason")
-COLUMNS += ("problem", "code", "value [SI]")
+COLUMNS += ("value [SI]",)
+OF_OWN = ("problem", "behaviour")  # columns beside, of knits of one's own
 
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # keys of a yarn that only beams have
 
@@ -116,7 +117,8 @@ class Promises:
         trade = problem.trade
         case = str(problem.case)
         if mine := own_rows(problem):
-            others = any(row["code"] != physics_digest() for row in mine)
+            now = {name: behaviour([trade.group_of(problem.case, name)]) for name in problem.settings}
+            others = any(row["behaviour"] != now.get(row["model setting"]) for row in mine)
             basis = "on this very knit" + f", by other physics: measure it again ({OWN})" * others
             return cls(problem, mine, basis, own=True)
         name = problem.scene.name
@@ -268,7 +270,7 @@ def _choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
 
 def own_rows(problem: PhysicalProblem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
-    return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
+    return [row for row in measured_rows(OWN, (*COLUMNS, *OF_OWN)) if row["problem"] == problem.digest]
 
 
 def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:
@@ -300,18 +302,18 @@ def measured_knits(rows: Iterable[Mapping[str, Any]], case: str, known: bool = T
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 
-def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:
-    """Return the rows of a table of errors and prices; none where there is no table."""
-    return _read(path.resolve(), path.stat().st_mtime_ns) if path.is_file() else ()
+def measured_rows(path: Path, columns: tuple[str, ...] = COLUMNS) -> tuple[dict[str, Any], ...]:
+    """Return the rows of a table of errors and prices, which has some columns; none where there is no table."""
+    return _read(path.resolve(), path.stat().st_mtime_ns, columns) if path.is_file() else ()
 
 
 @cache
-def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
+def _read(path: Path, _: int, columns: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             table = csv.DictReader(file)
             rows = list(table)
-            missing = {*COLUMNS} - {*(table.fieldnames or ())}
+            missing = {*columns} - {*(table.fieldnames or ())}
         if missing:
             raise ValueError(f"it has no column {', '.join(sorted(missing)[:3])}")
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)

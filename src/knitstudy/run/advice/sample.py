@@ -19,6 +19,7 @@ from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, read_yaml
 from knitstudy.knit.scene.keys import Count, Section, declared, validated
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene, set_dotted
+from knitstudy.run.behaviour import group
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -161,6 +162,11 @@ class Trade(Section):
             and name not in left_out
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
+
+    def group_of(self, case: SampleCase, setting: str) -> str:
+        """Return the group of the scenes of a case by a model setting (`knitstudy.run.behaviour`)."""
+        fidelity = self.settings_of(case)[setting]["fidelity"]
+        return group(case.specimen, fidelity, case.yarns == TOUCHING)
 
     def scene(self, case: SampleCase, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
