@@ -26,7 +26,7 @@ from knitstudy.paper.claims.verdicts import counted
 from knitstudy.run.catalogue import FIGURES, TABLES, Display
 from knitstudy.run.configuration import load_study
 from knitstudy.run.stages import STAGES
-from knitstudy.run.store import scenes_of
+from knitstudy.run.store import recorded_scenes
 from knitstudy.use.deformed import deformed, page_of
 
 # Texts of a figure: in place of it, below it, and about the paper's and this study's finding.
@@ -307,7 +307,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
     if path is None:
         return "", None
     history = read_dataset(path)
-    scene, _ = scenes_of(history, path)
+    scene, _ = recorded_scenes(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
     title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
     return page_of(deformed(geometry, history, scene.radius), title, CORNERS), scene

@@ -109,9 +109,7 @@ def in_base_keys(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], d
     return own, of_yarns
 
 
-def _without_yarn(
-    section: str, keys: Mapping[str, Any], where: str
-) -> tuple[dict[str, Any], dict[str, Any]]:
+def _without_yarn(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return keys without the name of the yarn of a section, and the keys that this yarn sets."""
     of = f"{section}.of"
     tex_key = f"{section}.tex"

@@ -20,13 +20,14 @@ from pydantic import Field
 
 from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.knit.scene.keys import Section, output
+from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import MODELS, role_of
-from knitstudy.knit.scene.scene import Scene, set_dotted
+from knitstudy.knit.scene.scene import NOTHING, Scene
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
 from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.families import Member
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -171,6 +172,10 @@ class Choice:
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
 
+    def __str__(self) -> str:
+        question = f"{self.ask.question} within {self.ask.accuracy:.2g}"
+        return f"{question}: take {self.setting}, {self.promises.basis}"
+
     @property
     def beside(self) -> dict[str, float]:
         """Promised errors [1] of the model settings for the question in `BESIDE`."""
@@ -193,11 +198,29 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(
-    name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
-) -> PhysicalProblem:
-    """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
-    own: dict[str, Any] = {}
+def asked(
+    member: Member, changes: Mapping[str, Any], defaults: Mapping[str, Any], ask: Mapping[str, Any] = NOTHING
+) -> tuple[PhysicalProblem, Requirements, str]:
+    """Return the physical problem of a member of a family with changed keys, its question, and the prefix of messages.
+
+    Keys of the model that the member names are left out. `ask` has the requirements that neither the member nor the
+    changes have.
+    Raises ConfigurationError where the member leaves its model open and has keys of a model, or where changes have any.
+    """
+    open_ = is_open(member.keys)
+    keys = {key: value for key, value in member.keys.items() if open_ or not of_model(key)}
+    own = {"name": member.name} | _physical(keys, member.where) | {"fidelity": UNDECIDED}
+    scene = Scene.from_dict(own, member.where, defaults).vary(_physical(changes, member.where))
+    wish = {
+        key.partition(".")[2]: value for key, value in {**keys, **changes}.items() if key.startswith("ask.")
+    }
+    requirements = validated(Requirements, {**ask, **wish}, member.where, "ask.")
+    return PhysicalProblem(scene), requirements, member.where
+
+
+def _physical(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return keys without model and question; refuse those of a model, and yarns that one model alone has."""
+    physical = {}
     for key, value in keys.items():
         if of_model(key) and key != "outputs":
             of = f"where fidelity is {AUTO}: it comes with the model that is chosen"
@@ -208,8 +231,8 @@ def problem_of_keys(
                 f"{where}: {key} is {value!r}, but {known}; `knitstudy run` simulates it"
             )
         if key != "fidelity" and not key.startswith("ask."):
-            set_dotted(own, key, value, where)
-    return PhysicalProblem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
+            physical[key] = value
+    return physical
 
 
 def choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:

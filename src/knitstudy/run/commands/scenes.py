@@ -19,7 +19,6 @@ from knitstudy.knit.scene.scene import LABELS, Scene, flat, unit_warnings
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
     BESIDE,
-    DEFAULT_ASK,
     Choice,
     ModelSetting,
     Promises,
@@ -265,7 +264,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
     accuracy or the budget, one message names the nearest.
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
-    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config, DEFAULT_ASK)
+    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
     if small := as_measured(problem):
         settings = Promises.of(small, where).settings(ask.question)
         console.say(
