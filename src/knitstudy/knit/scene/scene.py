@@ -351,17 +351,31 @@ def _scene_of(
     if of_yarns:
         defaults = nested(flat(defaults) | of_yarns, where)
     labels, kind = _labels_and_kind(own, defaults, where, before)
-    known = flat(defaults) if before is None else before._own_values()
-    if before is not None:
-        implied = {**FREE_OF_STRESS, **kind.part.implied}
-        for key in [key for key in own if key in known and key in implied and not kind.has(key)]:
-            known[key] = own.pop(key)  # a value that the other kind knows without saying it
+    if before is None:
+        known = flat(defaults)
+    else:
+        known = before._own_values()
+        implied = _implied_before(kind, own, known)
+        own = {key: value for key, value in own.items() if key not in implied}
+        known |= implied
     _require_kind(kind, own, of_yarns, known, where)
     if before is not None and MODULUS not in own:
-        stiffnesses = [key for name in OF_BEAMS if known.get(key := f"yarn.{name}") is not None]
-        _require_all_of_yarn(kind, stiffnesses, where)
+        _require_all_of_yarn(kind, _stiffnesses(known), where)
     given = nested({key: value for key, value in of_yarns.items() if kind.has(key)} | own, where)
     return _checked(kind, labels, given, defaults, where, before.sections if before else NOTHING)
+
+
+def _implied_before(kind: Kind, own: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that the kind before had, and whose values this kind knows without them."""
+    implied = {**FREE_OF_STRESS, **kind.part.implied}
+    return {
+        key: value for key, value in own.items() if key in before and key in implied and not kind.has(key)
+    }
+
+
+def _stiffnesses(known: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the stiffnesses of its own that a yarn has."""
+    return [key for name in OF_BEAMS if known.get(key := f"yarn.{name}") is not None]
 
 
 def _labels_and_kind(
