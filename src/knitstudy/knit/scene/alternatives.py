@@ -436,6 +436,28 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
     return values
 
 
+def _known_ends(
+    strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any
+) -> dict[str, Floats]:
+    """Return values with their upper and lower ends (3,) by name; refuse what no estimate can be made of."""
+    known = {part: value.ends for part, value in values.items() if value.value is not None}
+    if isinstance(diameter, int | float) and diameter > 0:
+        known.setdefault("diameter", np.full(3, float(diameter)))
+    if _is_packed(known) and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
+        needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
+        raise ConfigurationError(f"{where}: {needs}: say it, or the diameter")
+    if min(known.get("extension", [1])) <= 0:
+        raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
+    if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
+        raise ConfigurationError(f"{where}: strand {halves[0]}: pull and extension belong together; set both")
+    return known
+
+
+def _is_packed(known: Mapping[str, Floats]) -> bool:
+    """Whether the diameter follows from the packing."""
+    return "packing" in known or "diameter" not in known
+
+
 def _estimates(
     strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any = None
 ) -> dict[str, Value]:
@@ -443,22 +465,12 @@ def _estimates(
 
     The diameter follows from the packing, or else is that of the file, or the `diameter` that the scene sets [m].
     """
-    known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if isinstance(diameter, int | float) and diameter > 0:
-        known.setdefault("diameter", np.full(3, float(diameter)))
-    packed = "packing" in known or "diameter" not in known
-    if packed and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
-        needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
-        raise ConfigurationError(f"{where}: {needs}: say it, or the diameter")
-    if min(known.get("extension", [1])) <= 0:
-        raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
-    if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
-        raise ConfigurationError(f"{where}: strand {halves[0]}: pull and extension belong together; set both")
+    known = _known_ends(strands, values, where, diameter)
     fibres = [_values(find("fibre", read_yaml(FIBRES), s.fibre, where), OF_FIBRE, where) for s in strands]
     rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
     T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)
     tex, volume, straight = np.sum([T * length, T * length / rho[:, OTHER], E * T], axis=1)
-    if packed:
+    if _is_packed(known):
         diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
     else:
         diameter = known["diameter"]

@@ -142,25 +142,35 @@ class Promises:
 
     def settings(self, question: str) -> list[ModelSetting]:
         """Return the model settings that have a promise for a question."""
-        scene = self.problem.scene
-        case = str(self.problem.case)
         settings = []
         bound = max if self.own else self.problem.trade.bound
         for name, keys in self.problem.settings.items():
-            of = (case, name, question)
-            rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
-            if question == "contact":  # rough yarns are not asked for slip, which has errors of its own
-                rows = [row for row in rows if isinf(row["friction"]) == isinf(self.problem.inputs.friction)]
+            rows = self._rows_of(name, question)
             ended = [row for row in rows if isfinite(row[ERROR])]
             if not ended or not isfinite(error := bound([row[ERROR] for row in rows])):
                 continue
-            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
-            longer = 1.0
-            if (stops := scene.value("load.stops")) and not self.own:  # more increments take as much longer
-                longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
-            price = longer * median(seconds), longer * bound(seconds), bound(memory)
+            longer = self._longer(keys)
+            seconds = [longer * row[SECONDS] for row in ended]
+            price = median(seconds), bound(seconds), bound([row[MEMORY] for row in ended])
             settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
         return settings
+
+    def _rows_of(self, name: str, question: str) -> list[Mapping[str, Any]]:
+        """Return the rows of a model setting for a question."""
+        of = (str(self.problem.case), name, question)
+        rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
+        if question != "contact":
+            return rows
+        # Rough yarns are not asked for slip, which has errors of its own.
+        return [row for row in rows if isinf(row["friction"]) == isinf(self.problem.inputs.friction)]
+
+    def _longer(self, keys: Mapping[str, Any]) -> float:
+        """Return how much longer the stops of the scene take than the increments of a model setting."""
+        scene = self.problem.scene
+        stops = scene.value("load.stops")
+        if not stops or self.own:
+            return 1.0
+        return max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
 
 
 @dataclass(frozen=True)
