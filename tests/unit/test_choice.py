@@ -19,6 +19,7 @@ from knitstudy.run.advice.sample import SampleCase, load_trade
 from knitstudy.run.code_digest import physics_digest
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import asked_of, load_scene, load_scenes
+from knitstudy.run.plan import Plan
 
 MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {
@@ -279,6 +280,22 @@ def test_a_chosen_model_is_named_once(ask, caplog):
     caplog.clear()
     load_scene("yarns-tie-course", changes=LOOP)
     assert caplog.messages == []
+
+
+def test_a_scene_whose_question_no_model_answers_can_be_simulated_by_a_named_one(config):
+    """Its error offers to name a fidelity."""
+    keys = "fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04"
+    family = f"studies: []\nkeys: {{knit: plain}}\nscenes:\n- name: mine\n  keys: {{{keys}}}\n"
+    (config / "scenes" / "9-asks.yaml").write_text(family)
+    for changes in ({}, {"load.strain": 0.03}):
+        with refusal("scene 'mine': specimen is 'knit', but models were measured on cut_knit and cell"):
+            load_scene("mine", config, changes)
+    mine = load_scene("mine", config, {"fidelity": "rom3d", "rom.contacts_from": None})
+    assert (mine.fidelity, mine.load.strain) == ("rom3d", 0.04)
+    named = Plan.of(config).labelled(mine).name
+    assert named == f"mine-{mine.hash[:8]}", "the file has another scene of this name"
+    with refusal("unknown key 'ask.accuracy' where fidelity is not auto"):
+        load_scene("mine", config, {"fidelity": "rom3d", "ask.accuracy": 0.1})
 
 
 def test_scenes_of_a_family_may_ask(ask, config):

@@ -128,15 +128,19 @@ def load_scene(name: str, config: Path = CONFIG, changes: Mapping[str, Any] = NO
     try:
         member = _member(name, config)
         scenes, knits = lazy_scenes(config)
-        if not is_open({**member.keys, **changes}):
-            scene = scenes[name]
-            check_together([scene], scenes, knits, config)
-            return scene.vary(changes)
-        choice = choose(*asked(member, changes, layered_defaults(config)))
-        log.info("%s", choice)
-        if not changes:
-            check_together([choice.scene], scenes, knits, config)
-        return choice.scene
+        if is_open({**member.keys, **changes}):
+            choice = choose(*asked(member, changes, layered_defaults(config)))
+            log.info("%s", choice)
+            scene = choice.scene
+            if not changes:
+                check_together([scene], scenes, knits, config)
+            return scene
+        if is_open(member.keys):  # the changes name a model: none is chosen
+            problem, _, _ = asked(member, {}, layered_defaults(config))
+            return problem.scene.vary(changes)
+        scene = scenes[name]
+        check_together([scene], scenes, knits, config)
+        return scene.vary(changes)
     except ConfigurationError:
         default_keys(config)  # an error in the defaults names the defaults
         raise

@@ -18,7 +18,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import MODELS, role_of
@@ -265,7 +265,7 @@ def without_edges(problem: PhysicalProblem, ask: Requirements) -> str:
         return ""
     try:
         return f"if no edges matter, specimen: cell by {_choose(problem.endless(), ask, '').setting}"
-    except ConfigurationError:
+    except KnitstudyError:  # no promise, or no such loop
         return ""
 
 
