@@ -297,7 +297,7 @@ class Scene(Part):
 # Keys by their dotted names
 
 
-def set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> None:
+def _set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> None:
     """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
     section, dot, field = key.partition(".")
     sections = all_sections()
@@ -342,8 +342,9 @@ def _scene_of(
     where: str,
     before: Scene | None = None,
 ) -> Scene:
-    """Return the scene of keys over those of its yarns, over the scene before, over defaults: every scene is made here.
+    """Return the scene of keys over those of its yarns, over the scene before, over defaults.
 
+    Every scene is made here; `_again` alone takes one that is complete to another process.
     Alternative keys become keys of scenes, the labels give the kind, and what this kind would silently leave out is
     refused, before sections are checked.
     """
@@ -477,7 +478,7 @@ def nested(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     document: dict[str, Any] = {}
     for key, value in keys.items():
-        set_dotted(document, key, value, where)
+        _set_dotted(document, key, value, where)
     return document
 
 
