@@ -19,7 +19,7 @@ from knitstudy.measures.questions import BEAM_SLIP, LOSS, QUESTIONS, TOTAL, answ
 from knitstudy.run.advice import ERROR
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, load_trade
-from knitstudy.run.configuration import problem_of
+from knitstudy.run.configuration import asked_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
 SAMPLE = load_trade().model_copy(update={"coverage": 0.90, "confidence": 0.95})
@@ -230,14 +230,14 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
 
 def test_a_pair_is_no_knit_to_measure(tmp_path):
-    pair, *_ = problem_of("pair-slid-coarse", {})
+    pair, *_ = asked_of("pair-slid-coarse", {})
     with refusal("specimen is pair, but models are measured on knits"):
         measure(pair, tmp_path)
 
 
 @pytest.mark.parametrize("changes", [{"load.strain": -0.02}, {"load.largest_force": 10.0}])
 def test_models_are_compared_in_tension_to_a_strain(changes, tmp_path):
-    problem, *_ = problem_of("cell-course", {"load.strain": 0.02} | changes)
+    problem, *_ = asked_of("cell-course", {"load.strain": 0.02} | changes)
     with refusal("models are compared in tension and to a strain"):
         measure(problem, tmp_path)
 

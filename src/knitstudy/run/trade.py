@@ -7,7 +7,7 @@ quantity is the limit of solid yarns of rising degree; a run that fails, or exce
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, replace
@@ -146,26 +146,41 @@ def reference_values(
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
         ended = [name for name in degrees if values.get(name)]
-        limits[knit] = {}
-        for quantity in values[ended[0]] if len(ended) > 1 else ():
-            series = [values[name][quantity] for name in ended]
-            found = limit_of_degrees([degrees[name] for name in ended], series)
-            true = Estimate(found.value, found.uncertainty)
-            change = abs(series[-1] - series[-2])
-            if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
-                true = Estimate(series[-1], change)
-            limits[knit][quantity, 1.0] = true
+        limits[knit] = _limits([values[name] for name in ended], [degrees[name] for name in ended])
         if ended[-2:] == [next_to, highest]:
-            for (quantity, strain), true in limits[knit].items():
-                if known(Reference(limits[knit]), quantity, strain).known:  # nothing is compared with others
-                    off = abs(values[next_to][quantity] - true.value) + true.uncertainty
-                    far.setdefault(quantity, []).append(off / true.value)
+            for quantity, off in _errors(values[next_to], limits[knit]).items():
+                far.setdefault(quantity, []).append(off)
     for knit, limit_of_knit in limits.items():
         for (quantity, strain), limit in limit_of_knit.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
                 uncertainty = max(far[quantity]) * abs(limit.value)
                 limit_of_knit[quantity, strain] = Estimate(limit.value, uncertainty)
     return {knit: Reference(limit_of_knit) for knit, limit_of_knit in limits.items()}
+
+
+def _errors(values: Mapping[str, float], limits: Mapping[tuple[str, float], Estimate]) -> dict[str, float]:
+    """Return how far values are off their limits at most, as a share; of limits that others are compared with."""
+    return {
+        quantity: (abs(values[quantity] - limit.value) + limit.uncertainty) / limit.value
+        for (quantity, strain), limit in limits.items()
+        if known(Reference(dict(limits)), quantity, strain).known
+    }
+
+
+def _limits(
+    values: Sequence[Mapping[str, float]], degrees: Sequence[int]
+) -> dict[tuple[str, float], Estimate]:
+    """Return the limits, at full load, of quantities whose values have two degrees or more."""
+    limits = {}
+    for quantity in values[0] if len(values) > 1 else ():
+        series = [each[quantity] for each in values]
+        found = limit_of_degrees(degrees, series)
+        limit = Estimate(found.value, found.uncertainty)
+        change = abs(series[-1] - series[-2])
+        if abs(limit.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
+            limit = Estimate(series[-1], change)
+        limits[quantity, 1.0] = limit
+    return limits
 
 
 def collect(
