@@ -1,13 +1,14 @@
 # Scenes and stages, and what rules ask about them. The digest of a result decides whether it is made again: it is a param
-# of its rule, and stands in its file. Times of files decide nothing, so that copies of results are as good as they are.
+# of its rule, and stands in its file. Times of results decide nothing, so that copies of results are as good as they are.
 # Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
 import os
 import shlex
 import signal
 import sys
 import threading
+import time
 from contextlib import suppress
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 
 import psutil
@@ -46,6 +47,19 @@ def stop(error):
     sys.exit(1)
 
 
+def stopping(function):
+    """Return a function that stops where it raises an error of a user."""
+
+    @wraps(function)
+    def stops(*arguments):
+        try:
+            return function(*arguments)
+        except KnitstudyError as error:
+            stop(error)
+
+    return stops
+
+
 try:
     CONFIGURATION = workflow_configuration(config)
     load_plugins(CONFIGURATION.plugins)
@@ -70,12 +84,10 @@ wildcard_constraints:
     scene="[^/.]+",
 
 
+@stopping
 def step_of(stage, wildcards):
     """Return the step of a job: of a geometry, that of the first scene that has it; stop where there is none."""
-    try:
-        return PLAN.step_of(stage, *wildcards)
-    except KnitstudyError as error:
-        stop(error)
+    return PLAN.step_of(stage, *wildcards)
 
 
 def campaign():
@@ -90,45 +102,54 @@ def wanted(scenes):
 
 # ---- The digest decides
 
+CHANGED = os.path.abspath(".snakemake/digest-has-changed")
+"""An input of every result, whose time counts where the result has another digest; Snakemake names it as the reason."""
+
+
+def prepare_changed():
+    """Make the file that is newer than all results, also those of a clock that is fast.
+
+    It is a link, whose own time is that of today: Snakemake looks at its target when it plans, and at the link itself
+    when it compares a new result with its inputs. It leads to a folder, since the content of a file would count as well.
+    """
+    folder = Path(f"{CHANGED}.d")
+    folder.mkdir(parents=True, exist_ok=True)
+    in_ten_years = time.time() + 10 * 365 * 86400
+    os.utime(folder, (in_ten_years, in_ten_years))
+    if not os.path.lexists(CHANGED):
+        os.symlink(folder.name, CHANGED)
+
+
+if workflow.is_main_process:
+    prepare_changed()
+
 
 @cache
+@stopping
 def recorded(path):
-    """Return the digest that a result was written with; an empty text where there is none."""
-    try:
-        return digest_or_warning(Path(path)) if os.path.isfile(path) else ""
-    except KnitstudyError as error:
-        stop(error)
+    """Return the digest that a result was written with; an empty text where it is damaged."""
+    return digest_or_warning(Path(path))
 
 
-def decided(path, digest):
-    """Have a result made again that was written with another digest, whatever Snakemake has recorded of it."""
-    if workflow.is_main_process and os.path.isfile(path) and recorded(path) != digest:
-        workflow.dag.forcefiles.add(path)
+def changed(digest, *patterns):
+    """Return the function of `CHANGED`: its time counts where a file of the patterns was written with another digest."""
 
+    def file(wildcards):
+        paths = [pattern.format_map(dict(wildcards.items())) for pattern in patterns]
+        there = filter(os.path.isfile, paths if workflow.is_main_process else ())
+        return CHANGED if any(recorded(path) != digest(wildcards) for path in there) else ancient(CHANGED)
 
-def settled(step):
-    """Return whether the result of a step, and all that it is made from, are there and up to date."""
-    path = f"{RESULTS}/{step.path}"
-    return recorded(path) == step.digest and all(map(settled, step.needs.values()))
+    return file
 
 
 def source(what):
-    """Return the path of a result, or of a file; its time does not count where nothing behind it is to be made."""
-    if isinstance(what, Path):
-        return ancient(str(what))
-    path = f"{RESULTS}/{what.path}"
-    return ancient(path) if workflow.is_main_process and settled(what) else path
+    """Return the path of a result or a file that something is made from, whose digest counts, and never its time."""
+    return ancient(str(what) if isinstance(what, Path) else f"{RESULTS}/{what.path}")
 
 
 def needs_of(stage):
     """Return the function of the files that a job takes, by the parameters of the stage's function."""
-
-    def files(wildcards):
-        step = step_of(stage, wildcards)
-        decided(f"{RESULTS}/{step.path}", step.digest)
-        return {name: source(need) for name, need in step.needs.items()}
-
-    return files
+    return lambda wildcards: {name: source(need) for name, need in step_of(stage, wildcards).needs.items()}
 
 
 def digest_of_step(stage):

@@ -165,7 +165,6 @@ class Made:
 
     path: Path
     digest: str
-    needs: Mapping[str, Step] = field(default_factory=dict)  # none: its digest says all
 
 
 Source = Step | Made | Path  # A result, a table of the study, or a file of reference
@@ -264,8 +263,11 @@ class Displays:
         }
 
     def digest(self, name: str) -> str:
-        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
-        return self._digest(name, self.sources[name])
+        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources.
+
+        Raises ConfigurationError where the study cannot make it.
+        """
+        return self._digest(name, self.sources_of(name))
 
     def _digest(self, name: str, sources: Sources) -> str:
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
