@@ -115,8 +115,8 @@ def prepare_changed():
     folder = Path(f"{CHANGED}.d")
     folder.mkdir(parents=True, exist_ok=True)
     in_ten_years = time.time() + 10 * 365 * 86400
-    os.utime(folder, (in_ten_years, in_ten_years))
-    if not os.path.lexists(CHANGED):
+    os.utime(folder, (in_ten_years, in_ten_years), follow_symlinks=False)
+    with suppress(FileExistsError):
         os.symlink(folder.name, CHANGED)
 
 
