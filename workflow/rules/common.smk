@@ -6,7 +6,6 @@ import shlex
 import signal
 import sys
 import threading
-import time
 from contextlib import suppress
 from functools import cache, wraps
 from pathlib import Path
@@ -24,6 +23,7 @@ if SOURCE.is_dir():
 os.environ.update(PYTHONSAFEPATH="1")
 
 from knitstudy.errors import KnitstudyError, printable_lines
+from knitstudy.files import lay_link_to_later
 from knitstudy.registry import load_plugins, optional_packages
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan
@@ -105,23 +105,8 @@ def wanted(scenes):
 CHANGED = os.path.abspath(".snakemake/digest-has-changed")
 """An input of every result, whose time counts where the result has another digest; Snakemake names it as the reason."""
 
-
-def prepare_changed():
-    """Make the file that is newer than all results, also those of a clock that is fast.
-
-    It is a link, whose own time is that of today: Snakemake looks at its target when it plans, and at the link itself
-    when it compares a new result with its inputs. It leads to a folder, since the content of a file would count as well.
-    """
-    folder = Path(f"{CHANGED}.d")
-    folder.mkdir(parents=True, exist_ok=True)
-    in_ten_years = time.time() + 10 * 365 * 86400
-    os.utime(folder, (in_ten_years, in_ten_years), follow_symlinks=False)
-    with suppress(FileExistsError):
-        os.symlink(folder.name, CHANGED)
-
-
 if workflow.is_main_process:
-    prepare_changed()
+    stopping(lay_link_to_later)(Path(CHANGED))
 
 
 @cache
