@@ -13,6 +13,11 @@ from knitstudy.datasets import recorded_digest
 
 SHOWN = ("Draw", "Build", "Write the report")
 PINNED = "config/scenes/7-coarse.yaml", "beam.tie: rigid", "beam.tie: pinned"
+DOUBLED = (
+    "config/scenes/7-coarse.yaml",
+    "rom2d: {fidelity: rom2d}",
+    "rom2d: {fidelity: rom2d, rom.section: doubled}",
+)
 
 
 @pytest.fixture
@@ -40,8 +45,7 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
     edited("config/scenes/7-coarse-pair.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
     added = "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n"
     edited("config/scenes/6-beams.yaml", "scenes:\n", added)
-    doubled = "rom2d: {fidelity: rom2d, rom.section: doubled}"
-    edited("config/scenes/7-coarse.yaml", "rom2d: {fidelity: rom2d}", doubled)
+    edited(*DOUBLED)
     edited("src/knitstudy/use/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
     expected = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
@@ -122,6 +126,17 @@ def test_results_that_somebody_has_edited_are_made_again_aloud(finished_copy):
     assert {path: path.read_bytes() for path in before} == before
     with netCDF4.Dataset(history) as file:
         assert file["force"].units == "N"
+
+
+def test_what_is_old_or_missing_runs_though_something_far_behind_it_is_damaged(finished_copy):
+    """A mesh behind a reduced model with another key, and a simulation behind a table that a missing table needs."""
+    for damaged in ("mesh/dns-tie-course-coarse.nc", "simulation/dns-isotropic-course-coarse.nc"):
+        path = finished_copy.folder / "results" / damaged
+        path.write_bytes(path.read_bytes()[:2000])
+    finished_copy.rewrite(*DOUBLED)
+    (finished_copy.folder / "results" / "tables" / "verdicts.csv").unlink()
+    wanted = {"Mesh dns-tie-course-coarse", "Simulate rom2d-tie-course-coarse", "Build the table verdicts"}
+    assert wanted <= finished_copy.jobs()
 
 
 ALL_TRIGGERS = ("--rerun-triggers", "mtime", "params", "input", "code", "software-env")

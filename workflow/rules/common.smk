@@ -112,8 +112,8 @@ if workflow.is_main_process:
 @cache
 @stopping
 def recorded(path):
-    """Return the digest that a result was written with; an empty text where it is damaged."""
-    return digest_or_warning(Path(path))
+    """Return the digest that a result was written with; an empty text where there is none, or it is damaged."""
+    return digest_or_warning(Path(path)) if os.path.isfile(path) else ""
 
 
 def changed(digest, *patterns):
@@ -127,9 +127,21 @@ def changed(digest, *patterns):
     return file
 
 
+def settled(result):
+    """Return whether a result, and all that it is made from, are there and up to date."""
+    here = recorded(f"{RESULTS}/{result.path}") == result.digest
+    return here and all(map(settled, result.needs.values()))
+
+
 def source(what):
-    """Return the path of a result or a file that something is made from, whose digest counts, and never its time."""
-    return ancient(str(what) if isinstance(what, Path) else f"{RESULTS}/{what.path}")
+    """Return the path of a result or a file that something is made from; its time never counts where it is settled.
+
+    What is made from a result that is to be made follows it: Snakemake asks for no other reason to make that.
+    """
+    if isinstance(what, Path):
+        return ancient(str(what))
+    path = f"{RESULTS}/{what.path}"
+    return ancient(path) if workflow.is_main_process and settled(what) else path
 
 
 def needs_of(stage):

@@ -15,9 +15,12 @@ def displays(kind):
 
 def paths_of(kind, *suffixes):
     """Return the function that lists the files of all figures or tables that the study can make."""
-    return lambda wildcards: [
-        f"{RESULTS}/{kind}s/{name}.{suffix}" for name in displays(kind).names() for suffix in suffixes
-    ]
+
+    def path(name, suffix):
+        path = f"{RESULTS}/{kind}s/{name}.{suffix}"
+        return ancient(path) if recorded(path) == displays(kind).digest(name) else path
+
+    return lambda wildcards: [path(name, suffix) for name in displays(kind).names() for suffix in suffixes]
 
 
 def sources_of(kind):

@@ -12,10 +12,10 @@ FULL = sorted(os.path.relpath(path) for path in (RESOURCES / "full").iterdir())
 rule report:
     input:
         changed(lambda wildcards: digest_of_report(), *REPORT),
-        figures=ancient(paths_of("figure", "png")),
+        figures=paths_of("figure", "png"),
         # Linked from the page.
-        documents=ancient(paths_of("figure", "pdf")),
-        tables=ancient(paths_of("table", "csv")),
+        documents=paths_of("figure", "pdf"),
+        tables=TABLES,
         data=lambda wildcards: list(map(source, data_of_study())),
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
