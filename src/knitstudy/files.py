@@ -8,6 +8,7 @@ import hashlib
 import os
 import shutil
 import stat
+import time
 import uuid
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
@@ -26,6 +27,9 @@ ROOM = "make room on the disk and type the same command again; what was there be
 
 ABANDONED = 3600.0
 """Seconds without a change after which a temporary file counts as that of a killed process: nobody writes so long."""
+
+LATER = 10 * 365 * 86400.0
+"""Seconds by which a file is newer than all others: no clock is fast by ten years."""
 
 
 def safe_name(text: str) -> str:
@@ -138,6 +142,25 @@ def open_regular(path: Path) -> TextIO:
         os.close(descriptor)
         raise DataFileError(f"{path}: is not a regular file, and is not written to; delete it")
     return os.fdopen(descriptor, "r+", encoding="utf-8", errors="replace")
+
+
+def lay_link_to_later(path: Path) -> None:
+    """Lay a link to a folder that is newer than any file, also of a clock that is fast; the link itself is of today.
+
+    As an input it makes Snakemake make a result again. Snakemake compares the target's time with those of results when
+    it plans, and the time of the link with that of the new result. The target is no file, since Snakemake would take
+    the same content as no change. Raises DataFileError where the link cannot be laid, or something else has its name.
+    """
+    target = path.with_name(f"{path.name}.d")
+    now = time.time()
+    with naming_remedy(path, "take a folder of your own"):
+        _make_folder(target)
+        with suppress(PermissionError):  # somebody else's, whose time is right
+            os.utime(target, (now + LATER, now + LATER), follow_symlinks=False)
+        with suppress(FileExistsError):
+            path.symlink_to(target.name)
+    if not (path.is_symlink() and path.exists() and path.stat().st_mtime > now):
+        raise DataFileError(f"{path}: is not a link to {target.name} of a later time; delete both")
 
 
 def _make_folder(folder: Path) -> None:

@@ -77,6 +77,8 @@ def test_they_are_planned_from_the_scenes_of_a_study(plugin, scenes):
     assert "toy_stiffness" not in alone.names()
     with refusal(r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
         alone.sources_of("toy_stiffness")
+    with refusal(r"'toy_stiffness' needs contacts of yarns-tie-wale or"):
+        alone.digest("toy_stiffness")
 
 
 @pytest.mark.optional_packages

@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager, suppress
 from multiprocessing import get_context
@@ -30,7 +31,15 @@ from knitstudy.datasets import (
     write_table,
 )
 from knitstudy.errors import UnwritableError
-from knitstudy.files import ABANDONED, open_regular, replacing, replacing_together, write_text
+from knitstudy.files import (
+    ABANDONED,
+    LATER,
+    lay_link_to_later,
+    open_regular,
+    replacing,
+    replacing_together,
+    write_text,
+)
 from knitstudy.run.configuration import load_scene
 
 
@@ -237,6 +246,37 @@ def test_a_file_of_a_fixed_name_is_regular_or_refused(tmp_path, kind):
     with refusal("study.lock: is not a regular file, and is not written to"):
         open_regular(path)
     assert os.listdir(tmp_path) == ["study.lock"]
+
+
+def test_a_link_to_later_is_of_today_and_its_target_is_newer_than_all(tmp_path):
+    """Also where a copy has given the target the time of today."""
+    link = tmp_path / "made" / "later"
+    for _ in range(2):
+        lay_link_to_later(link)
+        assert abs(link.lstat().st_mtime - time.time()) < 60
+        assert link.stat().st_mtime > time.time() + LATER / 2
+        os.utime(link.with_name("later.d"))
+
+
+@pytest.mark.parametrize("kind", ["file", "folder", "link elsewhere", "link to nowhere", "target elsewhere"])
+def test_what_has_the_name_of_a_link_to_later_is_refused_and_stays(tmp_path, kind):
+    link, elsewhere = tmp_path / "later", tmp_path / "elsewhere"
+    elsewhere.mkdir()
+    os.utime(elsewhere, (0, 0))
+    match kind:
+        case "file":
+            link.touch()
+        case "folder":  # as a copy that follows links has it
+            link.mkdir()
+        case "link elsewhere":
+            link.symlink_to(elsewhere)
+        case "link to nowhere":
+            link.symlink_to(tmp_path / "nowhere")
+        case _:
+            link.with_name("later.d").symlink_to(elsewhere)
+    with refusal(r"later: is not a link to later\.d of a later time; delete both"):
+        lay_link_to_later(link)
+    assert elsewhere.stat().st_mtime == 0
 
 
 def test_a_file_of_a_fixed_name_keeps_its_text(tmp_path):

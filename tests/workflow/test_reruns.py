@@ -1,7 +1,9 @@
 """A change runs what depends on it, and nothing else."""
 
+import os
 import re
 import shutil
+import time
 
 import netCDF4
 import pytest
@@ -11,6 +13,11 @@ from knitstudy.datasets import recorded_digest
 
 SHOWN = ("Draw", "Build", "Write the report")
 PINNED = "config/scenes/7-coarse.yaml", "beam.tie: rigid", "beam.tie: pinned"
+DOUBLED = (
+    "config/scenes/7-coarse.yaml",
+    "rom2d: {fidelity: rom2d}",
+    "rom2d: {fidelity: rom2d, rom.section: doubled}",
+)
 
 
 @pytest.fixture
@@ -38,8 +45,7 @@ def test_changes_run_the_stages_that_read_them(checkout, edited):
     edited("config/scenes/7-coarse-pair.yaml", "[318e-6, 318e-6", "[319e-6, 318e-6")
     added = "scenes:\n- {name: beam-added, studies: ci, keys: {interaction: rough, load.strain: 0.003}}\n"
     edited("config/scenes/6-beams.yaml", "scenes:\n", added)
-    doubled = "rom2d: {fidelity: rom2d, rom.section: doubled}"
-    edited("config/scenes/7-coarse.yaml", "rom2d: {fidelity: rom2d}", doubled)
+    edited(*DOUBLED)
     edited("src/knitstudy/use/style.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
     jobs = checkout.jobs()
     expected = ("beam-isotropic-course-coarse", "pair-slid-coarse", "beam-added", "rom2d-tie-course-coarse")
@@ -120,6 +126,41 @@ def test_results_that_somebody_has_edited_are_made_again_aloud(finished_copy):
     assert {path: path.read_bytes() for path in before} == before
     with netCDF4.Dataset(history) as file:
         assert file["force"].units == "N"
+
+
+def test_what_is_old_or_damaged_runs_though_something_far_behind_it_is_damaged_too(finished_copy):
+    """A table made from a table that needs a simulation, and a reduced model with another key, far behind a mesh."""
+
+    def damage(result):
+        path = finished_copy.folder / "results" / result
+        path.write_bytes(path.read_bytes()[:200])
+
+    damage("simulation/dns-isotropic-course-coarse.nc")
+    damage("tables/verdicts.csv")
+    assert {"Build the table findings", "Build the table verdicts"} <= finished_copy.jobs()
+    damage("mesh/dns-tie-course-coarse.nc")
+    finished_copy.rewrite(*DOUBLED)
+    assert {"Mesh dns-tie-course-coarse", "Simulate rom2d-tie-course-coarse"} <= finished_copy.jobs()
+
+
+ALL_TRIGGERS = ("--rerun-triggers", "mtime", "params", "input", "code", "software-env")
+
+
+def test_an_edit_and_its_undoing_run_once_whatever_the_times_and_triggers(meshed):
+    """There and back, over a result of a clock that is fast, for those who ask for all triggers of Snakemake."""
+    target, values = "results/mesh/pair-slid-coarse.nc", ("mesh.size: 0.5", "mesh.size: 0.45")
+    made = meshed.folder / target
+    digests = [recorded_digest(made)]
+    for old, new in (values, values[::-1]):
+        meshed.rewrite("config/scenes/7-coarse-pair.yaml", old, new)
+        later = time.time() + 1e6
+        os.utime(made, (later, later))
+        ended = meshed.snakemake(target, "--cores", "1", *ALL_TRIGGERS)
+        assert ended.returncode == 0, ended.stderr
+        digests.append(recorded_digest(made))
+        assert made.stat().st_mtime < later
+        assert meshed.jobs(target, *ALL_TRIGGERS) == set()
+    assert digests[0] == digests[2] != digests[1]
 
 
 def without_records(folder, names):

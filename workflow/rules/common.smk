@@ -1,5 +1,5 @@
 # Scenes and stages, and what rules ask about them. The digest of a result decides whether it is made again: it is a param
-# of its rule, and stands in its file. Times of files decide nothing, so that copies of results are as good as they are.
+# of its rule, and stands in its file. Times of results decide nothing, so that copies of results are as good as they are.
 # Outputs are marked update(): whatever was there stays until a job replaces it, and is restored when a job fails.
 import os
 import shlex
@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 from contextlib import suppress
-from functools import cache
+from functools import cache, wraps
 from pathlib import Path
 
 import psutil
@@ -23,6 +23,7 @@ if SOURCE.is_dir():
 os.environ.update(PYTHONSAFEPATH="1")
 
 from knitstudy.errors import KnitstudyError, printable_lines
+from knitstudy.files import lay_link_to_later
 from knitstudy.registry import load_plugins, optional_packages
 from knitstudy.run.cost import machine_memory, time_limit
 from knitstudy.run.plan import Plan
@@ -44,6 +45,19 @@ def stop(error):
     """End before anything runs, with one message and status 1."""
     print(printable_lines(f"error: {error}"), file=sys.stderr)
     sys.exit(1)
+
+
+def stopping(function):
+    """Return a function that stops where it raises an error of a user."""
+
+    @wraps(function)
+    def stops(*arguments):
+        try:
+            return function(*arguments)
+        except KnitstudyError as error:
+            stop(error)
+
+    return stops
 
 
 try:
@@ -70,12 +84,10 @@ wildcard_constraints:
     scene="[^/.]+",
 
 
+@stopping
 def step_of(stage, wildcards):
     """Return the step of a job: of a geometry, that of the first scene that has it; stop where there is none."""
-    try:
-        return PLAN.step_of(stage, *wildcards)
-    except KnitstudyError as error:
-        stop(error)
+    return PLAN.step_of(stage, *wildcards)
 
 
 def campaign():
@@ -90,30 +102,42 @@ def wanted(scenes):
 
 # ---- The digest decides
 
+CHANGED = os.path.abspath(".snakemake/digest-has-changed")
+"""An input of every result, whose time counts where the result has another digest; Snakemake names it as the reason."""
+
+if workflow.is_main_process:
+    stopping(lay_link_to_later)(Path(CHANGED))
+
 
 @cache
+@stopping
 def recorded(path):
-    """Return the digest that a result was written with; an empty text where there is none."""
-    try:
-        return digest_or_warning(Path(path)) if os.path.isfile(path) else ""
-    except KnitstudyError as error:
-        stop(error)
+    """Return the digest that a result was written with; an empty text where there is none, or it is damaged."""
+    return digest_or_warning(Path(path)) if os.path.isfile(path) else ""
 
 
-def decided(path, digest):
-    """Have a result made again that was written with another digest, whatever Snakemake has recorded of it."""
-    if workflow.is_main_process and os.path.isfile(path) and recorded(path) != digest:
-        workflow.dag.forcefiles.add(path)
+def changed(digest, *patterns):
+    """Return the function of `CHANGED`: its time counts where a file of the patterns was written with another digest."""
+
+    def file(wildcards):
+        paths = [pattern.format_map(dict(wildcards.items())) for pattern in patterns]
+        there = filter(os.path.isfile, paths if workflow.is_main_process else ())
+        return CHANGED if any(recorded(path) != digest(wildcards) for path in there) else ancient(CHANGED)
+
+    return file
 
 
-def settled(step):
-    """Return whether the result of a step, and all that it is made from, are there and up to date."""
-    path = f"{RESULTS}/{step.path}"
-    return recorded(path) == step.digest and all(map(settled, step.needs.values()))
+def settled(result):
+    """Return whether a result, and all that it is made from, are there and up to date."""
+    here = recorded(f"{RESULTS}/{result.path}") == result.digest
+    return here and all(map(settled, result.needs.values()))
 
 
 def source(what):
-    """Return the path of a result, or of a file; its time does not count where nothing behind it is to be made."""
+    """Return the path of a result or a file that something is made from; its time never counts where it is settled.
+
+    What is made from a result that is to be made follows it: Snakemake asks for no other reason to make that.
+    """
     if isinstance(what, Path):
         return ancient(str(what))
     path = f"{RESULTS}/{what.path}"
@@ -122,13 +146,7 @@ def source(what):
 
 def needs_of(stage):
     """Return the function of the files that a job takes, by the parameters of the stage's function."""
-
-    def files(wildcards):
-        step = step_of(stage, wildcards)
-        decided(f"{RESULTS}/{step.path}", step.digest)
-        return {name: source(need) for name, need in step.needs.items()}
-
-    return files
+    return lambda wildcards: {name: source(need) for name, need in step_of(stage, wildcards).needs.items()}
 
 
 def digest_of_step(stage):

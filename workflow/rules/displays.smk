@@ -23,20 +23,14 @@ def paths_of(kind, *suffixes):
     return lambda wildcards: [path(name, suffix) for name in displays(kind).names() for suffix in suffixes]
 
 
-def sources_of(kind, *suffixes):
+def sources_of(kind):
     """Return the function of the files that one is made from by what they are; it stops where it cannot be made."""
 
+    @stopping
     def sources(wildcards):
-        name = wildcards[kind]
-        try:
-            found = displays(kind).sources_of(name)
-        except KnitstudyError as error:
-            stop(error)
-        for suffix in suffixes:
-            decided(f"{RESULTS}/{kind}s/{name}.{suffix}", displays(kind).digest(name))
         return {
             role: list(map(source, what)) if isinstance(what, list) else source(what)
-            for role, what in found.items()
+            for role, what in displays(kind).sources_of(wildcards[kind]).items()
         }
 
     return sources
@@ -55,8 +49,8 @@ def title_of(kind):
 
 
 def digest_of(kind):
-    """Return the function of the digest of one."""
-    return lambda wildcards: displays(kind).digest(wildcards[kind])
+    """Return the function of the digest of one; it stops where it cannot be made."""
+    return stopping(lambda wildcards: displays(kind).digest(wildcards[kind]))
 
 
 def data_of_study():
@@ -77,21 +71,13 @@ def digest_of_report():
     return digest([code, digests_of(files | {"data": data_of_study()}), shown, notes(), CONFIGURATION.study])
 
 
-def data_of_report(wildcards):
-    """Return the files of all data of the study."""
-    decided(f"{RESULTS}/report.html", digest_of_report())
-    return list(map(source, data_of_study()))
-
-
 @cache
+@stopping
 def notes():
     """Return what the report says of scenes that are left out, and of committed tables whose scenes or rules have changed since."""
     from knitstudy.run.catalogue import reference_files
     from knitstudy.paper.report import age_warnings
 
-    try:
-        warnings = age_warnings(PLAN.scenes, CONFIG, reference_files(CONFIG)["claims"])
-    except KnitstudyError as error:
-        stop(error)
+    warnings = age_warnings(PLAN.scenes, CONFIG, reference_files(CONFIG)["claims"])
     left_out = [f"{name} is left out of figures, tables and verdicts: {why}" for name, why in ENDED.items()]
     return left_out + warnings

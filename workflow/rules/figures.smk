@@ -4,7 +4,8 @@ FIGURES = paths_of("figure", "png", "pdf")
 
 rule figure:
     input:
-        unpack(sources_of("figure", "png", "pdf")),
+        changed(digest_of("figure"), "results/figures/{figure}.png", "results/figures/{figure}.pdf"),
+        unpack(sources_of("figure")),
     output:
         png=report(
             update("results/figures/{figure}.png"),

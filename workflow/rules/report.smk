@@ -11,11 +11,12 @@ FULL = sorted(os.path.relpath(path) for path in (RESOURCES / "full").iterdir())
 
 rule report:
     input:
+        changed(lambda wildcards: digest_of_report(), *REPORT),
         figures=paths_of("figure", "png"),
         # Linked from the page.
         documents=paths_of("figure", "pdf"),
         tables=TABLES,
-        data=data_of_report,
+        data=lambda wildcards: list(map(source, data_of_study())),
         captions=ancient(PAGE["captions"]),
         template=ancient(PAGE["template"]),
         kept=ancient(PAGE["kept"]),

@@ -6,6 +6,7 @@ for stage in STAGES.values():
         name:
             stage.name
         input:
+            changed(digest_of_step(stage.name), f"{RESULTS}/{stage.path_pattern}"),
             unpack(needs_of(stage.name)),
         output:
             update(f"{RESULTS}/{stage.path_pattern}"),

@@ -4,7 +4,8 @@ TABLES = paths_of("table", "csv")
 
 rule table:
     input:
-        unpack(sources_of("table", "csv")),
+        changed(digest_of("table"), "results/tables/{table}.csv"),
+        unpack(sources_of("table")),
     output:
         report(
             update("results/tables/{table}.csv"),

@@ -161,11 +161,11 @@ REFERENCE = RESOURCES / "reference"
 
 @dataclass(frozen=True)
 class Made:
-    """A table that other displays are made from: its path in the folder of results, and its digest."""
+    """A table that other displays are made from: its path in the folder of results, its digest, and what it needs."""
 
     path: Path
     digest: str
-    needs: Mapping[str, Step] = field(default_factory=dict)  # none: its digest says all
+    needs: Mapping[str, Step | Made]
 
 
 Source = Step | Made | Path  # A result, a table of the study, or a file of reference
@@ -215,7 +215,8 @@ class Displays:
         for name in display.tables:
             of_tables = Displays(TABLES, self.plan, self.study.values(), self.reference, self.label)
             if (sources := of_tables._found(TABLES.find(name))) is not None:
-                known[name] = Made(Path("tables", f"{name}.csv"), of_tables._digest(name, sources))
+                needs = {role: each for role, each in _each(sources).items() if not isinstance(each, Path)}
+                known[name] = Made(Path("tables", f"{name}.csv"), of_tables._digest(name, sources), needs)
         if set(display.needed) <= {*known, "scenes"}:
             return {argument: known[argument] for argument in display.takes if argument in known}
         return None
@@ -264,8 +265,11 @@ class Displays:
         }
 
     def digest(self, name: str) -> str:
-        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources."""
-        return self._digest(name, self.sources[name])
+        """Return the digest of a figure or table that is up to date: of its title, scenes, code and sources.
+
+        Raises ConfigurationError where the study cannot make it.
+        """
+        return self._digest(name, self.sources_of(name))
 
     def _digest(self, name: str, sources: Sources) -> str:
         scenes = {role: scene.read(scene.to_dict()) for role, scene in self.scenes(name).items()}
@@ -276,9 +280,16 @@ class Displays:
 
 def digests_of(sources: Sources) -> dict[str, str]:
     """Return the digests of sources, by argument and scene."""
-    digests = {}
-    for role, source in sources.items():
-        for each in source if isinstance(source, list) else [source]:
-            name = f"{role} {each.scene.name}" if isinstance(each, Step) else role
-            digests[name] = file_digest(each) if isinstance(each, Path) else each.digest
-    return digests
+    return {
+        name: file_digest(each) if isinstance(each, Path) else each.digest
+        for name, each in _each(sources).items()
+    }
+
+
+def _each(sources: Sources) -> dict[str, Source]:
+    """Return every single source, by argument and scene."""
+    return {
+        f"{role} {each.scene.name}" if isinstance(each, Step) else role: each
+        for role, source in sources.items()
+        for each in (source if isinstance(source, list) else [source])
+    }
