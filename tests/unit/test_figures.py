@@ -262,8 +262,8 @@ def test_rendered_sphere_is_round_and_in_its_place(opacity, not_run_here):
     surfaces = (sphere(centre, radius, "#0072B2", opacity),)
     try:
         image = solids.rendered(Picture(surfaces, view, window, pixels=(300, 150)))
-    except RenderingError:
-        not_run_here("VTK finds no OpenGL to render with: apt-get install libgl1 libosmesa6 (Debian, Ubuntu)")
+    except RenderingError as error:
+        not_run_here(str(error))
     covered = image[..., 3] > 0.25 * opacity * 255
     rows, columns = covered.shape
     pixel = (right - left) / columns
