@@ -1,66 +1,61 @@
 """A test that lacks a package or a program is skipped with a remedy, and fails with --complete."""
 
-import subprocess
-import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 TESTS = Path(__file__).resolve().parents[1]
 
-LACKING = """
-import pytest
 
-@pytest.mark.needs("install it", module="json")
-def test_there():
-    pass
-
-@pytest.mark.needs("install it", module="absent_package")
-def test_module():
-    raise AssertionError
-
-@pytest.mark.needs("install it", program="absent-program")
-def test_program():
-    raise AssertionError
-
-def test_found_out_while_it_runs(not_run_here):
-    not_run_here("no OpenGL: install it")
-
-@pytest.mark.full
-def test_marked_long():
-    raise AssertionError
-
-@pytest.mark.parametrize("long", [False, True])
-def test_long_case(long, skip_if_long):
-    skip_if_long(long)
-    assert not long
-"""
+@pytest.fixture
+def rules(request):
+    """The module that all tests share, tests/conftest.py."""
+    return request.config.pluginmanager.get_plugin(str(TESTS / "conftest.py"))
 
 
-@pytest.mark.parametrize(
-    ("options", "counts"),
-    [((), "2 passed, 5 skipped"), (("--complete",), "1 failed, 2 passed, 2 skipped, 2 errors")],
-)
-def test_what_is_missing_is_named_with_its_remedy(tmp_path, options, counts):
-    """Long cases are skipped in both: they have a job of their own."""
-    folder = tmp_path / "unit"
-    folder.mkdir()
-    (folder / "test_lacking.py").write_text(LACKING)
-    command = [sys.executable, "-m", "pytest", "-c", "/dev/null", "-p", "conftest", "-p", "no:cacheprovider"]
-    ended = subprocess.run(
-        [*command, "--rootdir", tmp_path, "-rsf", *options, folder],
-        env={"PYTHONPATH": f"{TESTS}:{TESTS.parent / 'src'}", "PATH": "/usr/bin:/bin"},
-        capture_output=True,
-        text=True,
+def options(*given):
+    """Return what a test reads of the options of pytest."""
+    return SimpleNamespace(getoption=lambda name: name in given)
+
+
+def marked(mark, config):
+    """Return a test with one mark."""
+    return SimpleNamespace(
+        config=config,
+        get_closest_marker=lambda name: mark if name == mark.name else None,
+        iter_markers=lambda name: [mark] if name == mark.name else [],
     )
-    assert counts in ended.stdout, ended.stdout + ended.stderr
-    reasons = (
-        "the Python package absent_package is not installed: install it",
-        "the program absent-program is not on the PATH: install it",
-        "no OpenGL: install it",
-        "run it with --full",
-    )
-    assert [reason for reason in reasons if reason not in ended.stdout] == []
+
+
+ABSENT = [
+    ({"module": "absent_package"}, "the Python package absent_package is not installed: install it"),
+    ({"program": "absent-program"}, "the program absent-program is not on the PATH: install it"),
+]
+
+
+@pytest.mark.parametrize(("absent", "reason"), ABSENT)
+def test_a_missing_package_skips_a_test_and_fails_a_complete_run(rules, absent, reason):
+    mark = pytest.mark.needs("install it", **absent).mark
+    with pytest.raises(pytest.skip.Exception, match=reason):
+        rules.pytest_runtest_setup(marked(mark, options()))
+    with pytest.raises(pytest.fail.Exception, match=reason):
+        rules.pytest_runtest_setup(marked(mark, options("--complete")))
+
+
+def test_what_is_there_is_tested(rules):
+    for there in ({"module": "json"}, {"program": "sh"}):
+        rules.pytest_runtest_setup(
+            marked(pytest.mark.needs("install it", **there).mark, options("--complete"))
+        )
+
+
+def test_long_tests_say_who_runs_them(rules):
+    """Also in a complete run: they have a job of their own."""
+    mark = pytest.mark.full.mark
+    with pytest.raises(pytest.skip.Exception, match="run it with --full"):
+        rules.pytest_runtest_setup(marked(mark, options("--complete")))
+    rules.pytest_runtest_setup(marked(mark, options("--full")))
 
 
 def test_no_test_is_skipped_by_an_import():
