@@ -33,7 +33,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 from history_checks import faults, hourglass_share_when_loaded, is_unloaded, unbalanced_contact
-from keep import keep_drawn, stamped
+from keep import NOTES, save_picture
 from matplotlib.figure import Figure
 from pydantic import Field
 
@@ -46,7 +46,9 @@ from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene, digest
 from knitstudy.measures.response import energy_gaps, penetration
 from knitstudy.registry import find, unknown_choice
+from knitstudy.run.behaviour import group_of
 from knitstudy.run.code_digest import MODEL, code_digest
+from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import CONFIG, FAMILIES, load_scenes
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
@@ -422,8 +424,9 @@ def main() -> None:
         for number, job in enumerate(jobs, 1):
             rows.append(job.result())
             print(f"{number} of {len(jobs)}: {rows[-1]['trial']}: {rows[-1]['outcome']}", flush=True)
-    table = stamped(pd.DataFrame(rows).drop(columns="digest"), "make extremes")
-    keep_drawn(table, KEPT, draw(table), "What breaks")
+    groups = pd.Series([group_of(trial.base) for trial in trials])
+    table = keep_table(pd.DataFrame(rows).drop(columns="digest"), KEPT, "make extremes", groups)
+    save_picture(draw(table), NOTES / f"{KEPT.stem}.webp", {KEPT.stem: table}, "What breaks")
 
 
 if __name__ == "__main__":

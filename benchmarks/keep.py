@@ -22,7 +22,7 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from matplotlib.figure import Figure
 
-from knitstudy.datasets import STAMP, commit, read_result, read_table, write_table
+from knitstudy.datasets import read_result, read_table, write_table
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
@@ -33,8 +33,9 @@ from knitstudy.paper.figures import draw
 from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
 from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
 from knitstudy.paper.tables.reference import limits, values_of
+from knitstudy.run.behaviour import group_of
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Displays, reference_files
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.committed_tables import RUN, SEPARATOR, is_up_to_date, keep_table, stale_runs
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
@@ -44,22 +45,8 @@ from knitstudy.use.style import save
 RESULTS, NOTES = Path("results"), Path("docs/notes")
 
 
-def stamped(table: pd.DataFrame, command: str, **remarks: str) -> pd.DataFrame:
-    """Return a table with remarks on all of it, and with the columns that say what made it (`STAMP`)."""
-    values = (physics_digest(), commit(), datetime.date.today().isoformat(), command)
-    return table.assign(**remarks, **dict(zip(STAMP, values, strict=True)))
-
-
-def keep_drawn(
-    kept: pd.DataFrame, path: Path, drawing: Figure, title: str, sources: Mapping | None = None
-) -> None:
-    """Write a table, and in the notes a picture of it, or of the `sources` that it was made from."""
-    sources = sources or {path.stem: kept}
-    _save_picture(drawing, NOTES / f"{path.stem}.webp", sources, title)
-    write_table(kept, path)
-
-
-def _save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> None:
+def save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> None:
+    """Write a figure as a picture for the notes."""
     with TemporaryDirectory() as beside:
         picture = Path(beside) / f"{path.stem}.png"
         save(drawing, [picture], sources, title)
@@ -93,8 +80,8 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     Of some claims alone: all other verdicts stay, and so do the tables and pictures of all claims if they are up to
     date.
     """
-    if claims and not is_up_to_date(VERDICTS_KEPT):
-        raise DataFileError(f"{VERDICTS_KEPT}: is out of date; run `make {VERDICTS}`")
+    if claims and (stale := stale_claims() - set(claims)):
+        raise DataFileError(f"{VERDICTS_KEPT}: {', '.join(sorted(stale))} is stale; run `make {VERDICTS}`")
     plan = Plan.of(config)
     study = load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
@@ -113,53 +100,78 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
         return read_sources((argument, file) for argument, file in files if argument not in made) | made
 
     command = f"make {VERDICTS}"
-    share = f"{len(scenes)} of {len(study)}"
-    table = stamped(
-        TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)),
-        command,
-        digest=tables.digest(VERDICTS),
-        simulations=share,
+    group_by_name = {name: group_of(plan.scenes[name]) for name in study}
+    groups = sorted(set(group_by_name.values()))
+    table = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)).assign(
+        digest=tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}"
     )
     unknown = set(claims) - set(table["id"])
     if unknown:
         raise DataFileError(f"{VERDICTS_KEPT}: there is no claim {', '.join(sorted(unknown))}")
     readings = read_table(reference_files(config)["readings"])
-    behind = stamped(pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]}), command)
-    write_table(_with_others(behind, FULL_SCENES, "scene") if claims else behind, FULL_SCENES)
+    behind = pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]})
+    behind = _with_others(behind, FULL_SCENES, "scene") if claims else behind
+    keep_table(behind, FULL_SCENES, command, behind["scene"].map(group_by_name))
     if claims:
         table = _with_others(table[table["id"].isin(claims)], VERDICTS_KEPT, "id")
-        _keep_in_readings(TABLES.make("readings", **sources_of(tables, "readings")), claims)
+        made = TABLES.make("readings", **sources_of(tables, "readings"))
+        keep_table(_in_readings(made, claims), FULL / "readings.csv", command, groups)
         pictures = VERDICTS_PAGE.with_suffix("")
         page, _ = summarise(
             TEMPLATE, table, readings, [path.stem for path in pictures.iterdir()], pictures.name
         )
-        return _keep_page(page, table)
+        return _keep_page(page, table, groups)
     folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
     for name in filter(folders.__contains__, tables.names()):
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
-        write_table(stamped(shown_elsewhere, command), folders[name] / f"{name}.csv")
+        path = folders[name] / f"{name}.csv"
+        if "scene" in shown_elsewhere and path.is_relative_to(RESOURCES):
+            keep_table(shown_elsewhere, path, command, shown_elsewhere["scene"].map(group_by_name))
+        elif path.is_relative_to(RESOURCES):
+            keep_table(shown_elsewhere, path, command, groups)
+        else:
+            write_table(shown_elsewhere, path)
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
     for name in shown:
         sources = sources_of(figures, name)
         drawing = draw(name, **sources, scenes=figures.scenes(name))
         picture = VERDICTS_PAGE.with_suffix("") / f"{name}.webp"
-        _save_picture(drawing, picture, sources, FIGURES.find(name).title)
+        save_picture(drawing, picture, sources, FIGURES.find(name).title)
         if name in FULL_FIGURES:
             save(drawing, [FULL / f"{name}.png"], sources, FIGURES.find(name).title)
-    return _keep_page(page, table)
+    return _keep_page(page, table, groups)
 
 
-def _keep_in_readings(made: pd.DataFrame, claims: Collection[str]) -> None:
-    """Write the verdicts of claims by all readings that they were made for into the committed table."""
-    kept = read_table(FULL / "readings.csv").set_index("name", drop=False)
+def groups_of_claim(claim: str, groups: Collection[str]) -> list[str]:
+    """Return those groups of the full study that a claim is judged by, sorted.
+
+    Claims B are about beams in contact, R about networks beside solids; none is about endless cells.
+    """
+    others = {"cell": "", "beam": "B", "rom2d": "R", "rom3d": "R"}
+    return sorted(
+        group for group in groups if all(claim[0] in others[word] for word in group.split() if word in others)
+    )
+
+
+def stale_claims() -> set[str]:
+    """Return the claims whose committed verdicts are stale."""
+    table = read_table(VERDICTS_KEPT, needs=("id", RUN))
+    return set(table.loc[table[RUN].isin(stale_runs(VERDICTS_KEPT)), "id"])
+
+
+def _in_readings(made: pd.DataFrame, claims: Collection[str]) -> pd.DataFrame:
+    """Return the committed verdicts by readings, with those of some claims as they are now; these rows are new."""
+    kept = read_table(FULL / "readings.csv").astype({RUN: "Int64"}).set_index("name", drop=False)
     kept.update(made.set_index("name")[list(claims)])
-    write_table(kept, FULL / "readings.csv")
+    kept.loc[kept.index.isin(made["name"]), RUN] = pd.NA
+    return kept
 
 
-def _keep_page(page: str, table: pd.DataFrame) -> str:
+def _keep_page(page: str, table: pd.DataFrame, groups: Collection[str]) -> str:
     write_text(page, VERDICTS_PAGE)
     write_text(COUNTED.sub(counted(table, table), README.read_text(encoding="utf-8")), README)
-    write_table(table, VERDICTS_KEPT)
+    of_claims = table["id"].map(lambda claim: SEPARATOR.join(groups_of_claim(claim, groups)))
+    keep_table(table, VERDICTS_KEPT, f"make {VERDICTS}", of_claims)
     return f"{len(table)} verdicts: {VERDICTS_KEPT}, page: {VERDICTS_PAGE}"
 
 
@@ -178,7 +190,7 @@ def summarise(
         Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
         ``picture(name)`` a figure, or nothing where that is not drawn.
     verdicts : DataFrame
-        The kept verdicts, with the day ``made`` and the number of ``simulations`` behind them.
+        The verdicts, with the number of ``simulations`` behind them.
     readings : DataFrame
         Readings of the paper and values of inputs, ``resources/reference/readings.csv``.
     drawn : collection of str
@@ -206,7 +218,7 @@ def summarise(
         counted=counted(verdicts, verdicts),
         grades=(*reversed(GRADES), NOT_RUN),
         readings=readings[readings["kind"] == "reading"].fillna("").to_dict("records"),
-        made=rows[0]["made"],
+        made=datetime.date.today().isoformat(),
         simulations=rows[0]["simulations"],
     )
     return page, shown
@@ -218,7 +230,6 @@ REFERENCE = RESOURCES / "reference" / "reference.csv"
 """Reference values; a file beside it has the values of single simulations."""
 
 SIMULATED = ("simulation", "contacts")  # Stages that the reference is made from
-SEPARATOR = " "  # Between digests, or commits, where values behind the reference are of several
 
 
 def values_beside(kept: Path) -> Path:
@@ -262,21 +273,21 @@ def keep_values(values: pd.DataFrame, scenes: Mapping[str, Scene], kept: Path) -
         raise DataFileError(f"{RESULTS}: has no simulation of the study `reference` that is up to date")
     command = "make reference"
     hashes = {name: scene.hash for name, scene in scenes.items()}
-    new = stamped(values.assign(keys=values["scene"].map(hashes)), command)
+    new = values.assign(keys=values["scene"].map(hashes))
     all_values = _with_others(new, values_beside(kept), "scene")
     all_values = all_values[all_values["keys"] == all_values["scene"].map(hashes)]
+    groups = {name: group_of(scene) for name, scene in scenes.items()}
     reference = limits(all_values, scenes)
     if not reference.empty:
-        behind = {name: SEPARATOR.join(sorted(set(all_values[name]))) for name in ("physics", "commit")}
-        write_table(_with_others(stamped(reference, command).assign(**behind), kept, "problem"), kept)
-    write_table(all_values, values_beside(kept))
+        keep_table(_with_others(reference, kept, "problem"), kept, command, sorted(set(groups.values())))
+    keep_table(all_values, values_beside(kept), command, all_values["scene"].map(groups))
 
 
 def _with_others(rows: pd.DataFrame, kept: Path, key: str) -> pd.DataFrame:
-    """Return rows, in the place of those kept with their key, among all others that are kept."""
+    """Return rows, in the place of those kept with their key, among all others that are kept with their runs."""
     if not kept.is_file():
         return rows
-    before = read_table(kept, needs=(key, *STAMP))
+    before = read_table(kept, needs=(key, RUN))
     others = before[~before[key].isin(set(rows[key]))]
     order = {name: place for place, name in enumerate(dict.fromkeys([*before[key], *rows[key]]))}
     return pd.concat([others, rows]).sort_values(key, key=lambda names: names.map(order), kind="stable")
@@ -297,11 +308,11 @@ def keep_predictions(config: Path = CONFIG) -> str:
     """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
     kept = RESOURCES / "predictions.csv"
     picture = Path("docs/notes/fabrics.webp")
-    # Stamped first: a picture that has changed would count as a change of the code.
-    table = stamped(read_table(RESULTS / "tables" / kept.name).round(4), "make predictions")
+    scenes = load_scenes(config)
+    groups = {group_of(scenes[name]) for name in load_study("fabrics", config)}
+    table = keep_table(read_table(RESULTS / "tables" / kept.name).round(4), kept, "make predictions", groups)
     with replacing(picture) as temporary:
         temporary.write_bytes(ScreenPicture.of(RESULTS / "figures" / "fig_fabrics.png").content)
-    write_table(table, kept)
     return f"{len(table)} predicted strains: {kept}, {picture}"
 
 
@@ -328,11 +339,6 @@ TARGETS = {
 """Targets of make by the committed table that they write, with its minutes on two cores, the cheapest first."""
 
 
-def is_up_to_date(table: Path) -> bool:
-    """Return whether all rows of a committed table were made by the present code of the physics."""
-    return table.is_file() and set(read_table(table, needs=STAMP)["physics"]) == {physics_digest()}
-
-
 def keep_all() -> str:
     """Make every out-of-date table again; a run that was stopped resumes."""
     due = [name for name, (file, _) in TARGETS.items() if not is_up_to_date(RESOURCES / file)]
@@ -340,7 +346,7 @@ def keep_all() -> str:
         left = sum(TARGETS[other][1] for other in due[number:])
         print(f"[{number + 1}/{len(due)}] make {name} (about {left / 60:.1f} h left)", flush=True)
         subprocess.run(["make", name], check=True)
-    return f"{len(TARGETS)} committed tables are up to date (physics {physics_digest()}); {len(due)} were made again"
+    return f"{len(TARGETS)} committed tables are up to date; {len(due)} were made again"
 
 
 if __name__ == "__main__":

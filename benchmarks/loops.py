@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 import xarray as xr
-from keep import keep_drawn, stamped
+from keep import NOTES, save_picture
 from matplotlib.figure import Figure
 
 from knitstudy.knit.geometry.fit import InfeasibleLoop, fitted_loop
@@ -15,6 +15,8 @@ from knitstudy.knit.geometry.loop import TIGHT, LoopTarget
 from knitstudy.knit.geometry.loop_metrics import loop_metrics
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.behaviour import GEOMETRY
+from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import load_scene
 from knitstudy.use.style import INK, PAPER, SINGLE, figure, shared_legend, styled
 
@@ -102,7 +104,6 @@ if __name__ == "__main__":
     found = loop_map(scene)
     table = found.to_dataframe().reset_index()
     table["outcome"] = [OUTCOMES[int(number)] for number in table["outcome"]]
-    keep_drawn(
-        stamped(table.round(6), "make loops"), KEPT, draw(found, scene), "Loops that fit", {"feasible": found}
-    )
+    keep_table(table.round(6), KEPT, "make loops", [GEOMETRY])
+    save_picture(draw(found, scene), NOTES / f"{KEPT.stem}.webp", {"feasible": found}, "Loops that fit")
     print(f"{(table['outcome'] == OUTCOMES[0]).sum()} of {len(table)} loops fit: {KEPT}")

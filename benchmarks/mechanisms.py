@@ -16,10 +16,8 @@ from itertools import product
 
 import numpy as np
 import pandas as pd
-from keep import stamped
 from scipy.optimize import brentq
 
-from knitstudy.datasets import write_table
 from knitstudy.errors import KnitstudyError
 from knitstudy.knit.contacts.kinematics import twist
 from knitstudy.knit.geometry.crossings import tied_crossings
@@ -47,6 +45,8 @@ from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.increment import Increment
+from knitstudy.run.behaviour import group_of
+from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
@@ -220,5 +220,5 @@ if __name__ == "__main__":
         table = Networks().table()
     except KnitstudyError as error:
         sys.exit(f"error: {error}")
-    write_table(stamped(table, "make mechanisms"), KEPT)
+    keep_table(table, KEPT, "make mechanisms", {group_of(load_scene(name)) for name in (SCENE, SOLIDS)})
     print(f"{len(table)} networks: {KEPT}")

@@ -17,14 +17,13 @@ import sys
 from operator import attrgetter
 
 import pandas as pd
-from keep import stamped
 from trade import SAMPLE
 
-from knitstudy.datasets import write_table
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, Promises, measured_rows
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import Inputs, load_trade
+from knitstudy.run.committed_tables import is_up_to_date, keep_table
 
 KEPT = RESOURCES / "promises.csv"
 ACCURACIES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
@@ -85,8 +84,11 @@ def main() -> int:
     if made.empty:
         sys.exit(f"error: none of {len(table)} questions was promised an answer")
     if basis is None:
-        kept = stamped(made, "python benchmarks/promises.py")
-        write_table(kept.assign(physics=rows[0]["physics"]), KEPT)
+        if not is_up_to_date(TRADE_KEPT):
+            print(f"warning: {TRADE_KEPT} has rows of other physics; run `make trade` first", file=sys.stderr)
+        trade = load_trade()
+        groups = {trade.group_of(case, name) for case in trade.cases() for name in trade.settings_of(case)}
+        keep_table(made, KEPT, "python benchmarks/promises.py", groups)
     print(
         f"{len(made)} of {len(table)} questions were promised an answer, of {made['scene'].nunique()} scenes"
     )

@@ -17,15 +17,15 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from keep import stamped
 
 from knitstudy import load_scene, simulate
-from knitstudy.datasets import write_table
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.beams.laws import LAWS, Law, Patch
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.tables.fabrics import FORCES, Pulled, measured, strip_of
+from knitstudy.run.behaviour import ENDLESS_BEAMS
+from knitstudy.run.committed_tables import keep_table
 
 KEPT = RESOURCES / "shells.csv"
 STIFFNESS, POWER = 0.6e6, 2.4  # k [N/m3], p: of all stitches
@@ -140,4 +140,4 @@ def rows() -> Iterator[pd.DataFrame]:
 
 if __name__ == "__main__":
     table = pd.concat(rows(), ignore_index=True).round(4)
-    write_table(stamped(table, "python benchmarks/shell.py"), KEPT)
+    keep_table(table, KEPT, "python benchmarks/shell.py", [ENDLESS_BEAMS])

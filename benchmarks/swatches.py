@@ -18,7 +18,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from keep import stamped
 from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
@@ -33,7 +32,8 @@ from knitstudy.knit.geometry.stitch_mesh import BEHIND, Drawing, stitches_of
 from knitstudy.knit.geometry.stitches import sides, standard
 from knitstudy.knit.models.beam.rest import relax
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import ENDLESS_BEAMS, behaviour
+from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import load_scene
 
 MEASURED = RESOURCES / "measured" / "knitdb.csv"
@@ -205,7 +205,7 @@ def read_measured() -> pd.DataFrame:
 def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
     """Return the shapes at rest of all repeats, the smallest first; those in `SHAPES` are found already."""
     more = more_yarn(measured.dropna())
-    physics = physics_digest()
+    physics = behaviour([ENDLESS_BEAMS])
     found = read_table(SHAPES).to_dict("records") if SHAPES.is_file() else []
     found = [
         row for row in found if (row["rule"], row["physics"]) == (str(STARTS.get(row["start"])), physics)
@@ -310,6 +310,6 @@ if __name__ == "__main__":
         hold_flat(measured, asked.plates, asked.repeats)
         raise SystemExit
     predicted = predict(measured, find_shapes(measured))
-    write_table(stamped(predicted.reset_index(), "make swatches"), KEPT)
+    keep_table(predicted.reset_index(), KEPT, "make swatches", [ENDLESS_BEAMS])
     print(judge(measured, predicted).to_string(index=False))
     print(f"{predicted['width [mm]'].notna().sum()} of {len(predicted)} swatches: {KEPT}")

@@ -22,7 +22,7 @@ from math import isinf
 from pathlib import Path
 
 import pandas as pd
-from keep import keep_drawn, stamped
+from keep import NOTES, save_picture
 from matplotlib.figure import Figure
 from sample_points import drawn, points_of
 
@@ -35,7 +35,8 @@ from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import TIED, Inputs, SampleCase, Trade, load_trade
-from knitstudy.run.code_digest import MODEL, code_digest
+from knitstudy.run.behaviour import behaviour
+from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
 
@@ -74,17 +75,17 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     return FOUND
 
 
-def code_of(problem: PhysicalProblem, setting: str) -> str:
-    """Return the digest of the code, and of all keys, behind a run."""
-    return digest([code_digest("measures", *MODEL), problem.scene.vary(problem.settings[setting]).hash])
+def made_by(problem: PhysicalProblem, setting: str) -> str:
+    """Return the digest of the behaviour of the models, and of all keys, behind a run."""
+    group = problem.trade.group_of(problem.case, setting)
+    return digest([behaviour([group]), problem.scene.vary(problem.settings[setting]).hash])
 
 
-def measure_sample(
-    first: int, folder: Path = SAMPLE, force: bool = False, only: Collection[str] = ()
-) -> pd.DataFrame:
+def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()) -> pd.DataFrame:
     """Run all model settings on the first knits of the sample, one after the other, and return their errors and prices.
 
-    Records of other code are used as well, with a message, unless `force` makes them again; `only` are cases, or all.
+    A record that is there is used where it was made by models that behave as those of today do; `only` are cases, or
+    all.
     """
     trade = load_trade()
     listed = folder / "knits.csv"
@@ -96,7 +97,6 @@ def measure_sample(
         )
     problems = {}
     records = {}
-    other = 0
     for number in range(first):
         before = read_table(listed).to_dict("records") if listed.is_file() else ()
         known = {Inputs.of_row(row): row["outcome"] for row in before}
@@ -111,25 +111,22 @@ def measure_sample(
             name = f"{knit}-{case}"
             problem = problems[knit, case] = PhysicalProblem(trade.scene(case, inputs, name), trade)
             records[knit, case] = []
-            for setting, keys in trade.settings_of(case, number).items():
+            for setting in trade.settings_of(case, number):
                 if setting not in problem.settings:
                     continue
-                code = code_of(problem, setting)
-                path = folder / f"{name}-{setting}-{digest([asdict(inputs), keys])[:8]}.json"
-                if force or not path.is_file():
+                made = made_by(problem, setting)
+                path = folder / f"{name}-{setting}-{made}.json"
+                if not path.is_file():
                     shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, setting, SCRATCH) | {"code": code}
+                    record = run(problem, setting, SCRATCH)
                     write_text(json.dumps(record), path)
                     print(f"{name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
                     fresh = True
                 records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
-                other += records[knit, case][-1]["code"] != code
         shutil.rmtree(SCRATCH, ignore_errors=True)
         if fresh or number + 1 == first:
             found = collect(trade, problems, records)
             write_table(found, folder / "trade.csv")
-    if other:
-        print(f"{other} records were made by other code: --force makes them again")
     return found
 
 
@@ -201,15 +198,25 @@ def keep(table: pd.DataFrame) -> str:
     first = sorted(set(table["knit"]))[: trade.knits]  # knits beyond are there to judge promises
     table = table[table["knit"].isin(first)]
     counted = f"{len(first)} of {trade.knits}"
-    kept = stamped(table, "make trade", knits=counted)
+    kept = table.drop(columns="problem")
+    cases = {str(case): case for case in trade.cases()}
     if TRADE_KEPT.is_file():
         before = read_table(TRADE_KEPT)
-        cases = list(map(str, trade.cases()))
         others = before[before["case"].isin(set(cases) - set(table["case"]))]
-        kept = pd.concat([others, kept]).sort_values(
-            "case", key=lambda of: of.map(cases.index), kind="stable"
+        order = list(cases)
+        kept = pd.concat([others, kept], ignore_index=True).sort_values(
+            "case", key=lambda of: of.map(order.index), kind="stable"
         )
-    keep_drawn(kept, TRADE_KEPT, draw(kept, bounds(kept, trade)), "What accuracy costs")
+    groups = pd.Series(
+        [
+            trade.group_of(cases[case], setting or trade.reference[0])
+            for case, setting in kept[["case", "model setting"]].fillna("").to_numpy()
+        ],
+        index=kept.index,
+    )
+    kept = keep_table(kept, TRADE_KEPT, "make trade", groups)
+    picture = NOTES / f"{TRADE_KEPT.stem}.webp"
+    save_picture(draw(kept, bounds(kept, trade)), picture, {"trade": kept}, "What accuracy costs")
     failed = table.loc[table["reason"].fillna("") != "", ["knit", "case", "model setting"]].drop_duplicates()
     return f"{counted} knits, {len(table)} errors and prices, {len(failed)} runs failed: {TRADE_KEPT}"
 
@@ -220,9 +227,8 @@ if __name__ == "__main__":
     parser.add_argument(
         "--cases", type=lambda text: text.split(","), default=[], help="cases to measure, all"
     )
-    parser.add_argument("--force", action="store_true", help="measure knits even if their records are there")
     asked = parser.parse_args()
     try:
-        print(keep(measure_sample(asked.first, force=asked.force, only=asked.cases)))
+        print(keep(measure_sample(asked.first, only=asked.cases)))
     except KnitstudyError as error:
         sys.exit(f"error: {error}")

@@ -14,16 +14,16 @@ from __future__ import annotations
 
 import numpy as np
 import pandas as pd
-from keep import stamped
 
 from knitstudy import load_scene, simulate
-from knitstudy.datasets import write_table
 from knitstudy.errors import ConvergenceError
 from knitstudy.knit.loading.history import DIRECTIONS
 from knitstudy.knit.scene.alternatives import read_yarn
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.tables.fabrics import FORCES, Pulled
+from knitstudy.run.behaviour import ENDLESS_BEAMS
+from knitstudy.run.committed_tables import keep_table
 
 KEPT = RESOURCES / "unknowns.csv"
 STITCHES = ("garter", "rib")
@@ -86,4 +86,4 @@ def measure() -> pd.DataFrame:
 
 
 if __name__ == "__main__":
-    write_table(stamped(measure().round(4), "python benchmarks/widen.py"), KEPT)
+    keep_table(measure().round(4), KEPT, "python benchmarks/widen.py", [ENDLESS_BEAMS])

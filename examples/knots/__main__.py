@@ -12,6 +12,9 @@ from importlib import import_module
 import pandas as pd
 from book import COLUMNS, ROOT, TABLE
 
+from knitstudy.run.behaviour import ENDLESS_BEAMS, OF_BEAMS
+from knitstudy.run.committed_tables import keep_table
+
 BENCHMARKS = [
     "elastica", "ring", "frame", "writhing", "hertz", "sliding", "capstan", "clasp", "plectoneme", "overhand", "turns",
 ]  # fmt: skip
@@ -50,7 +53,7 @@ def run(names):
         table = pd.read_csv(TABLE) if TABLE.exists() else rows[:0]
         table = pd.concat([table[table.benchmark != rows.benchmark[0]], rows])
         table[COLUMNS[3:]] = table[COLUMNS[3:]].astype(float)
-        table.to_csv(TABLE, index=False, float_format="%.5g", lineterminator="\n")
+        keep_table(table, TABLE, "make knots", [OF_BEAMS, ENDLESS_BEAMS], digits=5)
         page = PAGE.read_text(encoding="utf-8")
         place = re.compile(r"(<!-- table by `make knots` -->\n).*?(\n<!-- end -->)", re.DOTALL)
         text = place.sub(lambda found: found[1] + as_markdown(table) + found[2], page)  # noqa: B023

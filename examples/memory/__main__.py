@@ -15,6 +15,8 @@ import numpy as np
 import pandas as pd
 
 from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, load_scene, simulate
+from knitstudy.run.behaviour import ENDLESS_BEAMS
+from knitstudy.run.committed_tables import keep_table
 
 ROOT = Path(__file__).resolve().parents[2]
 TABLE, PICTURE = ROOT / "resources" / "memory.csv", ROOT / "docs" / "notes" / "memory.webp"
@@ -179,7 +181,7 @@ def main(names=("nylon", "jersey", "rib"), table=TABLE, picture=PICTURE):
         parts.append(rows)
         print(rows.to_string(index=False), flush=True)
     every = pd.concat(parts, ignore_index=True)
-    every.to_csv(table, index=False, float_format="%.4g", lineterminator="\n")
+    keep_table(every, table, "python examples/memory", [ENDLESS_BEAMS], digits=4)
     figure.savefig(picture, dpi=90)
     return every
 

@@ -77,10 +77,7 @@ def commit_of(checkout: Path) -> str:
     return f"{name}-dirty" if changed else name
 
 
-STAMP = ("physics", "commit", "made", "command")
-"""Columns of tables in ``resources``: digest of the physics, commit of the code, day, and the command that makes it."""
-
-TEXTS = (*STAMP, "digest", "code")
+TEXTS = ("behaviour", "code", "commit", "digest")
 """Columns of tables that are read as texts: a hash may have digits alone."""
 
 

@@ -16,9 +16,10 @@ from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, load_trade
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
 from knitstudy.run.commands.main import main
-from knitstudy.run.configuration import load_scene, load_scenes, problem_of
+from knitstudy.run.configuration import asked_of, load_scene, load_scenes
+from knitstudy.run.plan import Plan
 
 MEASURED = {  # error, seconds and memory of model settings; beams fail on every third knit
     ("cut_knit", "tied"): {
@@ -40,7 +41,12 @@ def row(problem, setting, measured, scatter=1.0):
     values = dict(zip(columns, np.multiply(scatter, measured), strict=True)) | asdict(problem.inputs)
     about = {"knit": problem.scene.name, "problem": problem.digest, "case": str(problem.case)}
     about |= {"model setting": setting}
-    return dict.fromkeys(choice.COLUMNS, 0) | about | {"question": "force", "reason": ""} | values
+    return (
+        dict.fromkeys((*choice.COLUMNS, *choice.OF_OWN), 0)
+        | about
+        | {"question": "force", "reason": ""}
+        | values
+    )
 
 
 @pytest.fixture(scope="module")
@@ -123,14 +129,14 @@ def test_outside_of_the_box_nothing_is_promised(ask, key, value, message):
 
 def test_a_loop_of_control_points_counts_by_its_length(ask):
     """That of the study is 30.8 diameters long, 3.4 % over that of Peirce; not 1."""
-    problem, _, _ = problem_of("yarns-tie-course", {})
+    problem, _, _ = asked_of("yarns-tie-course", {})
     assert problem.length == pytest.approx(1.034, abs=1e-3)
     actual = choose(problem, Requirements(question="force", accuracy=0.05), "").promises.basis
     assert actual.endswith("drawn for spacings and length, and this one has control points")
 
 
 def test_measurements_of_a_knit_are_of_its_loop_its_cells_and_its_cycle():
-    own, _, _ = problem_of("yarns-isotropic-course", {})
+    own, _, _ = asked_of("yarns-isotropic-course", {})
     assert own.digest != PhysicalProblem(own.scene.vary({"geometry.alpha": 7.0})).digest
     keys = LOOP | {
         "fidelity": "spline_yarns",
@@ -180,8 +186,10 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     changes = {"yarn.poisson_ratio": 0.49}
     mine = PhysicalProblem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
     rows = [row(mine, "network", (0.3, 2, 9)), row(mine, "yarns2", (np.inf, 2, 9))]
-    for code, remark in ((physics_digest(), ""), ("", ", by other physics: measure it again (measured.csv)")):
-        write_table(pd.DataFrame(rows).assign(code=code), choice.OWN)
+    other = ", by other physics: measure it again (measured.csv)"
+    now = [behaviour([mine.trade.group_of(mine.case, each["model setting"])]) for each in rows]
+    for made_by, remark in ((now, ""), ("older", other)):
+        write_table(pd.DataFrame(rows).assign(behaviour=made_by), choice.OWN)
         actual = ask(changes, accuracy=0.5)
         assert (actual.setting.name, actual.setting.error) == ("network", 0.3)
         assert actual.promises.basis == f"on this very knit{remark}"
@@ -241,7 +249,7 @@ def test_of_a_large_knit_the_command_says_the_cell_first_and_what_the_whole_cost
 
 def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     knit = LOOP | {"pattern.loops": 30, "pattern.rows": 30}
-    problem, _, _ = problem_of("yarns-tie-course", knit)
+    problem, _, _ = asked_of("yarns-tie-course", knit)
     write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
     assert "take network: error of the simulation at most 3 %" in planned("0.05", loops=30, rows=30).stdout
     message = planned("0.01", loops=30, rows=30)
@@ -249,15 +257,64 @@ def test_a_large_knit_that_was_measured_itself_is_chosen_for_as_any_other(ask):
     assert "ask.accuracy is 0.01, but nearest comes network" in message.stderr
 
 
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"pattern.courses_per_metre": 200.0, "pattern.wales_per_metre": 150.0},
+        {"yarn.tex": 100.0, "yarn.density": 900.0},
+        {"specimen": "cell"},
+        {"interaction": "tie"},
+        {"load.lateral": "free"},
+    ],
+    ids=lambda changes: " ".join(changes),
+)
+def test_a_question_is_about_the_scene_that_a_run_with_the_same_options_simulates(changes):
+    """Counts per metre take the place of spacings, and keys that another kind does not have are left out."""
+    for name in ("yarns-isotropic-course", "stitches-plain-course"):
+        run = load_scene(name, changes={"fidelity": "spline_yarns"} | changes)
+        problem, _, _ = asked_of(name, changes)
+        for part in ("yarn", "pattern", "load"):
+            assert problem.scene.sections[part] == run.sections[part]
+
+
+def test_a_chosen_model_is_named_once(ask, caplog):
+    changes = {**LOOP, "fidelity": "auto", "ask.question": "force", "ask.accuracy": 0.05}
+    with caplog.at_level("INFO", "knitstudy.run"):
+        scene = load_scene("yarns-tie-course", changes=changes)
+    assert (scene.fidelity, scene.yarn.diameter) == ("rom3d", 1e-3)
+    (message,) = caplog.messages
+    assert message.startswith("force within 0.05: take network: error of the simulation at most ")
+    caplog.clear()
+    load_scene("yarns-tie-course", changes=LOOP)
+    assert caplog.messages == []
+
+
+def test_a_scene_whose_question_no_model_answers_can_be_simulated_by_a_named_one(config):
+    """Its error offers to name a fidelity."""
+    keys = "fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04"
+    family = f"studies: []\nkeys: {{knit: plain}}\nscenes:\n- name: mine\n  keys: {{{keys}}}\n"
+    (config / "scenes" / "9-asks.yaml").write_text(family)
+    for changes in ({}, {"load.strain": 0.03}):
+        with refusal("scene 'mine': specimen is 'knit', but models were measured on cut_knit and cell"):
+            load_scene("mine", config, changes)
+    mine = load_scene("mine", config, {"fidelity": "rom3d", "rom.contacts_from": None})
+    assert (mine.fidelity, mine.load.strain) == ("rom3d", 0.04)
+    named = Plan.of(config).labelled(mine).name
+    assert named == f"mine-{mine.hash[:8]}", "the file has another scene of this name"
+    with refusal("unknown key 'ask.accuracy' where fidelity is not auto"):
+        load_scene("mine", config, {"fidelity": "rom3d", "ask.accuracy": 0.1})
+
+
 def test_scenes_of_a_family_may_ask(ask, config):
     """Read as everything reads them: an ordinary scene; keys of a model are refused."""
     family = config / "scenes" / "9-asks.yaml"
     keys = "fidelity: auto, ask.question: force, ask.accuracy: 0.05, load.strain: 0.04"
     family.write_text(f"studies: []\nkeys: {{knit: plain}}\nscenes:\n- name: mine\n  keys: {{{keys}}}\n")
-    problem, _, _ = problem_of("mine", {}, config)
+    problem, _, _ = asked_of("mine", {}, config)
     write_table(pd.DataFrame([row(problem, "network", (0.03, 2, 9))]), choice.OWN)
     mine = load_scenes(config)["mine"]
     assert (mine.fidelity, mine.value("rom.joint"), mine.load.strain) == ("rom3d", "patch", 0.04)
+    assert load_scene("mine", config) == mine
     family.write_text(family.read_text().replace("load.strain", "solver.increments: 4, load.strain"))
     with refusal(r"solver\.increments is 4 but must be left out"):
         load_scenes(config)

@@ -402,10 +402,10 @@ def test_tables_that_cannot_be_used_are_refused(tmp_path):
 
 def test_hashes_of_digits_alone_stay_texts(tmp_path):
     path = tmp_path / "a.csv"
-    path.write_text("force [N],physics,commit\n1.5,5e20,336645524534\n2,0012345678901234,12e4567890ab\n")
+    path.write_text("force [N],behaviour,commit\n1.5,5e20,336645524534\n2,0012345678901234,12e4567890ab\n")
     table = read_table(path)
     assert table["commit"].tolist() == ["336645524534", "12e4567890ab"]
-    assert table["physics"].tolist() == ["5e20", "0012345678901234"]
+    assert table["behaviour"].tolist() == ["5e20", "0012345678901234"]
     assert table["force [N]"].tolist() == [1.5, 2.0]
 
 

@@ -14,7 +14,7 @@ from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
-from knitstudy.run.store import described, keys_of, scenes_of
+from knitstudy.run.store import described, keys_of, recorded_scenes
 
 SMALL = {"pattern.loops": 1, "pattern.rows": 1, "rom.contacts_from": None, "solver.increments": 1}
 
@@ -78,7 +78,7 @@ def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
     scene = plan.scenes["rom3d-a"]
     data = described(xr.Dataset({"strain": ("increment", [0.0])}), plan.step("simulation", scene))
     write_dataset(data, tmp_path / "a.nc")
-    actual, sources = scenes_of(read_dataset(tmp_path / "a.nc"), "a.nc")
+    actual, sources = recorded_scenes(read_dataset(tmp_path / "a.nc"), "a.nc")
     assert (actual, sources) == (scene, {"dns-a": plan.scenes["dns-a"]})
     other = {"dns-a": sources["dns-a"].replace("mesh.size", 0.5)}
     source = Plan.with_scenes(other, config).named(actual, "rom.contacts_from")
@@ -89,7 +89,7 @@ def test_scenes_and_those_that_they_name_survive_the_file(config, tmp_path):
 @pytest.mark.parametrize(("attributes", "error", "message"), REFUSED["results"])
 def test_files_without_keys_are_refused_by_one_line(attributes, error, message):
     with refusal(message, getattr(errors, error)):
-        scenes_of(xr.Dataset(attrs=attributes), "old.nc")
+        recorded_scenes(xr.Dataset(attrs=attributes), "old.nc")
 
 
 @pytest.mark.optional_packages

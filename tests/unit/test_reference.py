@@ -11,7 +11,9 @@ from knitstudy.knit.contacts.contacts import extract
 from knitstudy.measures.reference import problem_of, reference_of
 from knitstudy.measures.response import FORCE, LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
 from knitstudy.paper.tables.reference import limits, values_of
+from knitstudy.run import committed_tables
 from knitstudy.run.catalogue import TABLES
+from knitstudy.run.committed_tables import with_runs
 from knitstudy.run.configuration import load_scenes, load_study
 from knitstudy.run.plan import Plan
 
@@ -162,28 +164,29 @@ def test_root_mean_square_does_not_depend_on_stations():
 
 @pytest.fixture
 def copy(tmp_path, sources, monkeypatch):
-    """Kept rows of all simulations of two ways, made by the physics ab12."""
+    """Kept rows of all simulations of two ways, made by the code ab12."""
     path = tmp_path / "reference.csv"
-    monkeypatch.setattr(keep, "physics_digest", lambda: "ab12")
+    monkeypatch.setattr(committed_tables, "physics_digest", lambda: "ab12")
     keep.keep_values(values_of(sources["histories"], sources["contacts"]), sources["scenes"], path)
     return path
 
 
 def test_rows_that_were_not_simulated_again_stay(copy, sources, monkeypatch):
-    """One mesh of one way is: its rows and the limits change, and these name both codes."""
+    """One mesh of one way is: its rows and the limits change, and rows say by which code they were made."""
     name = "reference-one-point-0333333"
     changed = sources["histories"][name].assign(force=sources["histories"][name]["force"] * 1.01)
     few = values_of({name: changed}, {name: sources["contacts"][name]})
     before, values = read_table(copy), read_table(keep.values_beside(copy))
-    monkeypatch.setattr(keep, "physics_digest", lambda: "cd34")
+    monkeypatch.setattr(committed_tables, "physics_digest", lambda: "cd34")
     keep.keep_values(few, sources["scenes"], copy)
     after, again = read_table(copy), read_table(keep.values_beside(copy))
     assert list(again["scene"]) == list(values["scene"])
-    assert set(again[again["physics"] == "cd34"]["scene"]) == {name}
+    codes = with_runs(keep.values_beside(copy))["code"]
+    assert set(again[codes == "cd34"]["scene"]) == {name}
     np.testing.assert_array_equal(
         again["value"] != values["value"], (values["scene"] == name) & forces(values)
     )
-    assert set(after["physics"]) == {"ab12 cd34"}
+    assert set(with_runs(copy)["code"]) == {"cd34"}
     np.testing.assert_array_equal(after["value"] != before["value"], forces(before))
 
 

@@ -13,6 +13,7 @@ from refusals import refusal
 
 from knitstudy.paper.report import age_warning, numbers, render
 from knitstudy.run.catalogue import FIGURES, TABLES
+from knitstudy.run.committed_tables import with_runs
 from knitstudy.use.style import save
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -60,7 +61,7 @@ def pictures(tmp_path):
     return paths
 
 
-KEPT = pd.read_csv(ROOT / "resources" / "verdicts.csv")
+KEPT = with_runs(ROOT / "resources" / "verdicts.csv")
 """Verdicts of the full study."""
 
 RULES = pd.read_csv(ROOT / "resources" / "reference" / "paper_claims.csv")
@@ -186,7 +187,9 @@ def test_a_knit_turns_and_its_keys_say_what_is_pulled(results, plain_scene):
 
 def test_a_warning_names_what_has_changed_since_a_table_was_kept(tmp_path):
     kept = tmp_path / "scenes.csv"
-    kept.write_text("scene,keys,made\na,0x1,2026-11-28\nb,0x2,2026-11-28\n")
+    kept.write_text("scene,keys,run\na,0x1,1\nb,0x2,1\n")
+    row = "scenes.csv,1,,,,,2026-11-28,make reference"
+    (tmp_path / "runs.csv").write_text(f"table,run,groups,behaviour,code,commit,made,command\n{row}\n")
     assert age_warning(kept, "keys", {"b": "0x2", "a": "0x1", "later": "3"}, "Values", "reference") == ""
     for present in ({"a": "0x1", "b": "0x3"}, {"a": "0x1"}):
         warning = age_warning(kept, "keys", present, "Values", "reference")

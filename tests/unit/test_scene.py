@@ -73,6 +73,39 @@ def test_scenes_go_to_other_processes(scenes):
         assert pickle.loads(pickle.dumps(each)) == each
 
 
+def test_a_scene_goes_to_other_processes_though_its_kind_does_not_have_the_values_of_its_defaults(scene):
+    """Its defaults are those of the solid that it was made from: of another material, and beams know one alone."""
+    defaults = {
+        **packaged_defaults(),
+        "yarn": packaged_defaults()["yarn"] | {"material": "transversely_isotropic"},
+    }
+    document = {name: part for name, part in scene.to_dict().items() if name not in ("yarn", "interaction")}
+    solid = Scene.from_dict(document | {"interaction": "friction"}, "a", defaults)
+    assert solid.yarn.material == "transversely_isotropic"
+    beams = solid.vary({"fidelity": "beam", "yarn.material": "hencky"})
+    again = pickle.loads(pickle.dumps(beams))
+    assert again == beams
+    assert again.hash == beams.hash
+    assert again.vary({"fidelity": "hexahedra"}) == beams.vary({"fidelity": "hexahedra"})
+    with refusal("yarn.material is 'transversely_isotropic' but must be 'hencky'"):
+        solid.vary({"fidelity": "beam"})
+
+
+@pytest.mark.parametrize("made", ["of the file", "varied"])
+def test_the_friction_of_a_yarn_is_that_of_every_scene_with_this_yarn(made):
+    """Rough yarns have no friction; once they slide, it is that of their yarn and not the default."""
+    fabric = load_scene("fabric-acrylic-rib-course-free")
+    knit = load_scene("yarns-isotropic-course").vary({"fidelity": "beam", "interaction": "rough"})
+    yarn = {"yarn.of": "acrylic"}
+    if made == "varied":
+        rough = knit.vary(yarn)
+    else:
+        document = {name: part for name, part in knit.to_dict().items() if name not in ("yarn", "mesh")}
+        rough = Scene.from_dict(document | yarn, "a", packaged_defaults())
+    assert rough.vary({"interaction": "friction"}).contact.friction == fabric.contact.friction
+    assert knit.vary({"interaction": "friction"}).contact.friction == 0.76
+
+
 MANY_DIGITS = ["dns-tie-course", {"pattern.courses_per_metre": 10**400}, "is a whole number of 401 digits"]
 
 

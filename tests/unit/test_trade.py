@@ -19,7 +19,7 @@ from knitstudy.measures.questions import BEAM_SLIP, LOSS, QUESTIONS, TOTAL, answ
 from knitstudy.run.advice import ERROR
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, load_trade
-from knitstudy.run.configuration import problem_of
+from knitstudy.run.configuration import asked_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
 SAMPLE = load_trade().model_copy(update={"coverage": 0.90, "confidence": 0.95})
@@ -230,20 +230,20 @@ def test_a_run_leaves_a_record_however_it_ends(trade, case, end, reason, monkeyp
 
 
 def test_a_pair_is_no_knit_to_measure(tmp_path):
-    pair, *_ = problem_of("pair-slid-coarse", {})
+    pair, *_ = asked_of("pair-slid-coarse", {})
     with refusal("specimen is pair, but models are measured on knits"):
         measure(pair, tmp_path)
 
 
 @pytest.mark.parametrize("changes", [{"load.strain": -0.02}, {"load.largest_force": 10.0}])
 def test_models_are_compared_in_tension_to_a_strain(changes, tmp_path):
-    problem, *_ = problem_of("cell-course", {"load.strain": 0.02} | changes)
+    problem, *_ = asked_of("cell-course", {"load.strain": 0.02} | changes)
     with refusal("models are compared in tension and to a strain"):
         measure(problem, tmp_path)
 
 
-def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
-    """A record a run, kept when killed; those of other code are named. Every fourth knit has degree 4."""
+def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path):
+    """A record a run, kept when killed, and made again where models behave otherwise. Every fourth has degree 4."""
     ran = []
 
     def run(problem, setting, folder):
@@ -253,7 +253,6 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
         return record(setting, 1.0)
 
     monkeypatch.setattr(sample, "run", run)
-    monkeypatch.setattr(sample, "code_of", lambda *_: "old" if len(ran) < 50 else "new")
     monkeypatch.setattr(sample, "lay_out", lambda scene: None)
     monkeypatch.chdir(tmp_path)
     with pytest.raises(KeyboardInterrupt):
@@ -262,8 +261,9 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path, capsys):
     assert len(ran) == len(set(ran)) + 1, "only the killed run again"
     assert set(table["knit"]) == {f"knit{number:03}" for number in range(1, 6)}
     assert set(table.loc[table["model setting"] == "yarns4", "knit"]) == {"knit001", "knit005"}
-    assert (
-        capsys.readouterr().out.splitlines()[-1]
-        == "49 records were made by other code: --force makes them again"
-    )
     assert set(measure_sample(2, tmp_path)["knit"]) == {"knit001", "knit002"}
+    before = len(ran)
+    touching = "knit spline_yarns touching"
+    monkeypatch.setattr(sample, "behaviour", lambda groups: f"moved {groups}" if touching in groups else "")
+    measure_sample(1, tmp_path)
+    assert {name.split()[0] for name in ran[before:]} >= {"knit001-cut-knit-touching"}

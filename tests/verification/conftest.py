@@ -4,11 +4,12 @@ A case takes the fixture `verify` and hands it a result, its reference and its b
 resolution; with ``--table FILE`` the run writes the table of all cases, when all of them have run.
 """
 
+from pathlib import Path
+
 import pandas as pd
 import pytest
-from keep import stamped
 
-from knitstudy.datasets import STAMP, write_table
+from knitstudy.run.committed_tables import RUN, keep_table
 
 COLUMNS = ("case", "reference", "result", "bar", "holds", "test")
 
@@ -65,7 +66,7 @@ def full(request):
 @pytest.fixture(scope="session")
 def columns():
     """Columns of the table."""
-    return {*COLUMNS, *STAMP}
+    return {*COLUMNS, RUN}
 
 
 def pytest_sessionfinish(session, exitstatus):
@@ -73,7 +74,7 @@ def pytest_sessionfinish(session, exitstatus):
     if not path or exitstatus != 0:
         return
     table = pd.DataFrame(session.config.stash[ROWS], columns=COLUMNS).sort_values(["test", "case"])
-    write_table(stamped(table, "make verify"), path)
+    keep_table(table, Path(path).resolve(), "make verify")
 
 
 def pytest_terminal_summary(terminalreporter, exitstatus, config):

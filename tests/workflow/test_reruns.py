@@ -58,7 +58,8 @@ def test_code_of_models_runs_every_simulation_and_no_mesh(checkout, edited):
 
 def test_code_that_makes_no_number_runs_nothing(checkout, edited):
     """Earlier plans that were undone have left nothing behind either."""
-    edited("src/knitstudy/knit/scene/scene.py", "\n\n\n", "\n\nEDITED = True\n\n\n")
+    for path in ("run/plan.py", "knit/scene/documents.py"):
+        edited(f"src/knitstudy/{path}", "\n\n\n", "\n\nEDITED = True\n\n\n")
     ended = checkout.study("ci")
     assert ended.returncode == 0
     assert "Nothing to be done" in ended.stderr

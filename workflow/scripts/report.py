@@ -7,6 +7,7 @@ from knitstudy.files import write_text
 from knitstudy.knit.scene.documents import read_yaml
 from knitstudy.paper.report import origins, render, turning_knit
 from knitstudy.registry import load_plugins
+from knitstudy.run.committed_tables import with_runs
 from knitstudy.run.job import frame
 
 with frame(snakemake):
@@ -20,7 +21,7 @@ with frame(snakemake):
         provenance=origins(snakemake.input.data, snakemake.output[0]),
         study=snakemake.params.study,
         notes=snakemake.params.notes,
-        kept=read_table(snakemake.input.kept),
+        kept=with_runs(Path(snakemake.input.kept)),
         full=Path(snakemake.input.full[0]).parent,
         turning=turning_knit(captions["opening"]["turns"], map(Path, snakemake.input.data)),
         page=Path(snakemake.output[0]),

@@ -97,11 +97,7 @@ def answers(
     if cycle:  # up to where the force ends: to press the cell further back takes work again
         turn = int(history["strain"].to_numpy().argmax())
         return {LOSS: float(history["energy"].sel(form="external")[turn:].min())}
-    wanted = [*question.by.get(scene.fidelity, ())]
-    if scene.interaction != "isotropic":
-        wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]
-    if scene.fidelity in _SOLIDS and contacts is None:
-        wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
+    wanted = _wanted(question, scene, contacts is not None)
     both = history, history if contacts is None else contacts  # without contacts the history alone is read
     values = {name: _VALUES[name](*both) for name in wanted if name in _VALUES}
     for name in wanted:
@@ -112,6 +108,16 @@ def answers(
         curve = PchipInterpolator(history["strain"], history["force"])
         answered |= {curve_force(share): float(curve(share * strain)) for share in SHARES[:-1]}
     return answered
+
+
+def _wanted(question: Question, scene: Scene, has_contacts: bool) -> list[str]:
+    """Return the quantities that a scene can answer a question by."""
+    wanted = [*question.by.get(scene.fidelity, ())]
+    if scene.interaction != "isotropic":
+        wanted = [name for name in wanted if name not in (SLIP, BEAM_SLIP)]
+    if scene.fidelity in _SOLIDS and not has_contacts:
+        wanted = [name for name in wanted if name in (FORCE, LARGEST_U_Z, RMS_U_Z)]
+    return wanted
 
 
 def known(reference: Reference, quantity: str, strain: float) -> Estimate:

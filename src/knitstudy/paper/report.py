@@ -18,15 +18,16 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from PIL import Image, UnidentifiedImageError
 
-from knitstudy.datasets import STAMP, VERSIONS, read_dataset, read_result, read_table, require_unchanged
+from knitstudy.datasets import VERSIONS, read_dataset, read_result, read_table, require_unchanged
 from knitstudy.errors import ConfigurationError, DataFileError
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims.verdicts import counted
 from knitstudy.run.catalogue import FIGURES, TABLES, Display
+from knitstudy.run.committed_tables import RUN, with_runs
 from knitstudy.run.configuration import load_study
 from knitstudy.run.stages import STAGES
-from knitstudy.run.store import scenes_of
+from knitstudy.run.store import recorded_scenes
 from knitstudy.use.deformed import deformed, page_of
 
 # Texts of a figure: in place of it, below it, and about the paper's and this study's finding.
@@ -60,11 +61,7 @@ def render(
     instead = {} if full is None or study == "full" else {path.name: path for path in full.iterdir()}
     drawn = {path.name: path for path in pictures}
     drawn |= {name: path for name, path in instead.items() if path.suffix == ".png"}
-    results = dict(results) | {
-        name: read_table(instead[f"{name}.csv"]).drop(columns=[*STAMP], errors="ignore")
-        for name in TABLES.names()
-        if f"{name}.csv" in instead
-    }
+    results = {**results, **_tables_of(instead)}
     environment = ImmutableSandboxedEnvironment(
         autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True
     )
@@ -73,19 +70,9 @@ def render(
     environment.globals |= known
     figures = {path.stem: _figure(path, captions, results, environment) for path in drawn.values()}
     tables = {name: _table(name, table, captions) for name, table in results.items()}
-    for shown, kind, ending in ((figures, "figures", "png"), (tables, "tables", "csv")):
-        for name, entry in shown.items():
-            entry["file"] = f"{kind}/{name}.{ending}"
-            entry["own"] = f"{name}.{ending}" not in instead
-            if not entry["own"]:
-                entry["file"] = Path(os.path.relpath(instead[f"{name}.{ending}"], page.parent)).as_posix()
-                entry["title"] += " (of the full study)"
+    _add_files(figures, "figures/{}.png", instead, page)
+    _add_files(tables, "tables/{}.csv", instead, page)
     opening = captions["opening"]
-
-    def filled(part: str) -> list[str]:
-        texts = (_filled(environment, f"sentence {text!r}", text) for text in opening[part])
-        return [text for text in texts if NOTHING not in text]
-
     return environment.from_string(template.read_text(encoding="utf-8")).render(
         study=study,
         notes=notes,
@@ -93,13 +80,46 @@ def render(
         asked=opening["asked"],
         counted=counted(results["verdicts"] if kept is None else kept, results["verdicts"]) if claims else "",
         turning=turning[0],
-        pulled=filled("pulled"),
-        sentences=filled("sentences"),
-        first=next((figures[name] for name in opening["pictures"] if name in figures), None),
-        figures=[figures[name] for name in FIGURES.names() if name in figures],
-        tables=[tables[name] for name in TABLES.names() if name in tables and name != "verdicts"],
+        pulled=_sentences(environment, opening["pulled"]),
+        sentences=_sentences(environment, opening["sentences"]),
+        first=next(iter(_in_order(figures, opening["pictures"])), None),
+        figures=_in_order(figures, FIGURES.names()),
+        tables=_in_order(tables, [name for name in TABLES.names() if name != "verdicts"]),
         provenance=cells(provenance),
     )
+
+
+def _tables_of(files: Mapping[str, Path]) -> dict[str, pd.DataFrame]:
+    """Return the tables of the catalogue among files, without their stamps."""
+    return {
+        name: read_table(files[f"{name}.csv"]).drop(columns=RUN, errors="ignore")
+        for name in TABLES.names()
+        if f"{name}.csv" in files
+    }
+
+
+def _add_files(
+    entries: Mapping[str, dict[str, Any]], file: str, instead: Mapping[str, Path], page: Path
+) -> None:
+    """Add to figures or tables the path of their file from the page: `file`, or that of the full study."""
+    for name, entry in entries.items():
+        own = Path(file.format(name))
+        entry["file"] = own.as_posix()
+        entry["own"] = own.name not in instead
+        if not entry["own"]:
+            entry["file"] = Path(os.path.relpath(instead[own.name], page.parent)).as_posix()
+            entry["title"] += " (of the full study)"
+
+
+def _in_order(entries: Mapping[str, dict[str, Any]], names: Iterable[str]) -> list[dict[str, Any]]:
+    """Return those entries that there are, in the order of names."""
+    return [entries[name] for name in names if name in entries]
+
+
+def _sentences(environment: jinja2.Environment, texts: Iterable[str]) -> list[str]:
+    """Return texts in which numbers are filled in, without those whose numbers are not there."""
+    filled = (_filled(environment, f"sentence {text!r}", text) for text in texts)
+    return [text for text in filled if NOTHING not in text]
 
 
 def _filled(environment: jinja2.Environment, what: str, text: str) -> str:
@@ -307,7 +327,7 @@ def turning_knit(wanted: Sequence[str], data: Iterable[Path]) -> tuple[str, Scen
     if path is None:
         return "", None
     history = read_dataset(path)
-    scene, _ = scenes_of(history, path)
+    scene, _ = recorded_scenes(history, path)
     geometry = read_dataset(path.parents[1] / STAGES["geometry"].path(scene.knit))
     title = f"{scene.kind.fidelity.meaning}, {scene.kind.interaction.meaning}"
     return page_of(deformed(geometry, history, scene.radius), title, CORNERS), scene
@@ -345,7 +365,7 @@ def age_warning(kept: Path, column: str, present: Mapping[str, str], what: str, 
 
     `what` names the committed rows in the plural, `target` is their target of make.
     """
-    table = read_table(kept, needs=(column, "made"))
+    table = with_runs(kept)
     changed = table[table[table.columns[0]].map(present) != table[column]]
     if changed.empty:
         return ""

@@ -7,12 +7,12 @@ family, or a folder without ``defaults.yaml``, adds its scenes to the scenes of 
 
 from __future__ import annotations
 
+import logging
 from collections import UserDict
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -21,12 +21,14 @@ from knitstudy.errors import ConfigurationError
 from knitstudy.knit.scene.documents import CONFIG, base_of, layered_defaults, read_yaml
 from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import Kind, Labels, all_keys, all_kinds, defaults_of_fields, unknown_key
-from knitstudy.knit.scene.scene import Scene, flat, set_dotted
+from knitstudy.knit.scene.scene import NOTHING, Scene, flat, nested
 from knitstudy.registry import find, unknown_choice
-from knitstudy.run.advice import AUTO, Choice, Requirements, choose, is_open, of_model, problem_of_keys
+from knitstudy.run.advice import AUTO, DEFAULT_ASK, Requirements, asked, choose, is_open
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.families import STUDIES, Member, Study, family_files, read_families
 from knitstudy.run.sources import Source
+
+log = logging.getLogger(__name__)
 
 FAMILIES = "scenes"  # The folder of families in a configuration folder
 
@@ -86,8 +88,10 @@ def lazy_scenes(config: Path = CONFIG) -> tuple[Mapping[str, Scene], Mapping[str
 
     @cache
     def read(name: str) -> Scene:
-        asks = is_open(members[name].keys)
-        return choose(*asked_of(name, {}, config)).scene if asks else _scene(members[name], defaults)
+        member = members[name]
+        return (
+            choose(*asked(member, {}, defaults)).scene if is_open(member.keys) else _scene(member, defaults)
+        )
 
     def first(names: list[str]) -> Scene:
         for name in names[:-1]:
@@ -112,20 +116,34 @@ class LazyScenes(UserDict[str, Scene]):
         return self.read(super().__getitem__(key))
 
 
-def load_scene(name: str, config: Path = CONFIG) -> Scene:
-    """Return one scene by its name, checked with the scenes that it names.
+def load_scene(name: str, config: Path = CONFIG, changes: Mapping[str, Any] = NOTHING) -> Scene:
+    """Return one scene by its name, checked with the scenes that it names, with some keys changed if `changes` has any.
 
-    Raises ConfigurationError as `load_scenes` where this scene is wrong; others may be.
+    `changes` are values by dotted key, as of `Scene.vary`. Where the scene or its changes leave the model open, a model
+    is chosen for the changed scene; a message of level INFO names it.
+    Raises ConfigurationError as `load_scenes` where this scene is wrong, though others may be; where a change has an
+    unknown key or a value that is not allowed; and where no model answers the question of the scene.
     """
     _known_defaults(config)
     try:
+        member = _member(name, config)
         scenes, knits = lazy_scenes(config)
-        scene = _named(name, scenes, config)
+        if is_open({**member.keys, **changes}):
+            choice = choose(*asked(member, changes, layered_defaults(config)))
+            log.info("%s", choice)
+            scene = choice.scene
+            if not changes:
+                check_together([scene], scenes, knits, config)
+            return scene
+        if is_open(member.keys):  # the changes name a model: none is chosen
+            problem, _, _ = asked(member, {}, layered_defaults(config))
+            return problem.scene.vary(changes)
+        scene = scenes[name]
         check_together([scene], scenes, knits, config)
+        return scene.vary(changes)
     except ConfigurationError:
         default_keys(config)  # an error in the defaults names the defaults
         raise
-    return scene
 
 
 def load_families(config: Path = CONFIG) -> dict[str, Member]:
@@ -178,67 +196,31 @@ def knits_of(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
     return knits
 
 
-def load_changed(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Scene:
-    """Return one scene by its name with changed keys, by dotted name.
-
-    Where the scene leaves its model open, or the changes do, a model is chosen for the changed scene.
-    Raises ConfigurationError as `load_scenes`, and when a key is unknown or a value is not allowed.
-    """
-    layered_defaults(config)  # a folder without them is no configuration
-    choice = choice_of(name, changes, config)
-    return choice.scene if choice else load_scene(name, config).vary(changes)
-
-
-def choice_of(name: str, changes: Mapping[str, Any], config: Path = CONFIG) -> Choice | None:
-    """Return the model that is chosen for a scene with changed keys; None where neither leaves its model open.
-
-    Raises ConfigurationError as `load_scenes`, and where no model will do.
-    """
-    members = load_families(config)
-    if name not in members or not is_open({**members[name].keys, **changes}):
-        return None
-    return choose(*asked_of(name, changes, config))
-
-
 def asked_of(
     name: str,
     changes: Mapping[str, Any],
     config: Path = CONFIG,
-    ask: Mapping[str, Any] = MappingProxyType({}),
+    ask: Mapping[str, Any] = DEFAULT_ASK,
 ) -> tuple[PhysicalProblem, Requirements, str]:
     """Return the physical problem of a scene with changed keys, its question, and the prefix of error messages.
 
     `ask` has the requirements that neither the scene nor the changes have.
     """
-    problem, keys, where = problem_of(name, changes, config)
-    wish = {**ask} | {key.partition(".")[2]: value for key, value in keys.items() if key.startswith("ask.")}
-    return problem, validated(Requirements, wish, where, "ask."), where
+    return asked(_member(name, config), changes, layered_defaults(config), ask)
 
 
-def problem_of(
-    name: str, changes: Mapping[str, Any], config: Path = CONFIG
-) -> tuple[PhysicalProblem, dict[str, Any], str]:
-    """Return the physical problem of a scene with changed keys, its keys, and the beginning of messages about it."""
-    member = _named(name, load_families(config), config)
-    keys = {key: value for key, value in member.keys.items() if is_open(member.keys) or not of_model(key)}
-    keys |= dict(changes)
-    return problem_of_keys(name, keys, member.where, layered_defaults(config)), keys, member.where
-
-
-def _named(name: str, scenes: Mapping[str, Any], config: Path) -> Any:
-    """Return the scene, or the member of a family, with a name; a ConfigurationError offers similar names."""
-    return find("scene", scenes, name, str(Path(config) / FAMILIES))
+def _member(name: str, config: Path) -> Member:
+    """Return the member of a family by the name of its scene; a ConfigurationError offers similar names."""
+    return find("scene", load_families(config), name, str(Path(config) / FAMILIES))
 
 
 def _scene(member: Member, defaults: dict[str, Any]) -> Scene:
     """Return the scene of a member of a family: its keys over the defaults."""
-    own: dict[str, Any] = {}
     for name, value in member.keys.items():
         if name.startswith("ask."):
             wanted = f"left out where fidelity is not {AUTO}"
             raise ConfigurationError(f"{member.where}: {name} is {value!r} but must be {wanted}")
-        set_dotted(own, name, value, member.where)
-    scene = Scene.from_dict({"name": member.name} | own, member.where, defaults)
+    scene = Scene.from_dict({"name": member.name} | member.keys, member.where, defaults)
     scene.require_read(member.keys, member.where)
     return scene
 
@@ -263,8 +245,9 @@ def _known_defaults(config: Path) -> tuple[Path, dict[str, Any]]:
     """Return the file and the content of the defaults, whose keys are keys of scenes; their values are not checked."""
     path = base_of(config) / "defaults.yaml"
     document = layered_defaults(config)
-    for name, value in flat(document).items():
-        set_dotted({}, name, value, str(path))
+    keys = flat(document)
+    nested(keys, str(path))  # which refuses what is no key, and values in place of groups
+    for name in keys:
         if name not in all_keys():
             raise ConfigurationError(f"{path}: {unknown_key(name)}")
     return path, document

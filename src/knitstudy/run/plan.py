@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import NAMELESS, Scene, digest
 from knitstudy.registry import find
@@ -187,10 +187,21 @@ class Plan:
         where the geometry has changed, end with digits of their hash. So do those of scenes that nobody has named.
         """
         new = NAMELESS not in self.configured and scene.name == NAMELESS
-        named, knit = self.configured.get(scene.name, scene), self.knits.get(scene.knit, scene)
+        named = _correct(self.configured, scene.name, scene)
+        knit = _correct(self.knits, scene.knit, scene)
         return with_digits(
-            scene, new or named.hash != scene.hash, new or knit.geometry_key != scene.geometry_key
+            scene,
+            new or named is None or named.hash != scene.hash,
+            new or knit is None or knit.geometry_key != scene.geometry_key,
         )
+
+
+def _correct(scenes: Mapping[str, Scene], name: str, default: Scene) -> Scene | None:
+    """Return a scene by its name, or the default if there is none; None where it is wrong, or no model answers it."""
+    try:
+        return scenes.get(name, default)
+    except KnitstudyError:
+        return None
 
 
 def with_digits(scene: Scene, name: bool = True, knit: bool = True) -> Scene:

@@ -6,7 +6,7 @@ import logging
 import os
 import signal
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
@@ -22,7 +22,7 @@ from knitstudy.knit.loading.run import silent
 from knitstudy.knit.scene.documents import CONFIG
 from knitstudy.knit.scene.scene import Scene, unit_warnings
 from knitstudy.mechanics.core.batches import VARIABLE, threads
-from knitstudy.run.plan import Plan, with_digits
+from knitstudy.run.plan import Plan, Step, with_digits
 from knitstudy.run.store import OF_STUDY, BeginProgress, Store, warn_of_another
 
 if TYPE_CHECKING:  # the workflow needs no dataset, and starts in half the time
@@ -101,10 +101,16 @@ def simulate(
     history = store.get(steps["simulation"], force)
     taken = {**steps["simulation"].needs, **steps}
     beside = {name: store.get(taken[name]) for name in ("geometry", "mesh", "contacts") if name in taken}
-    for step in steps.values() if kept else ():
+    if kept:
+        _write_other_files(store, steps.values())
+    return Results(scene, history=history, **beside, path=path)
+
+
+def _write_other_files(store: Store, steps: Iterable[Step]) -> None:
+    """Write the files for other programs that a scene's outputs ask for."""
+    for step in steps:
         if step.wanted and not step.stage.is_dataset:
             store.get(step)
-    return Results(scene, history=history, **beside, path=path)
 
 
 def simulate_many(
@@ -145,12 +151,19 @@ def simulate_many(
         bar = track(done, f"{len(different)} scenes", len(different), console=Console(stderr=True))
         ended = dict(zip(different, bar, strict=True))
     failed = {scene.name: end for scene, end in ended.items() if isinstance(end, str)}
+    _report_failed(failed, len(scenes), folder, errors)
+    return [None if isinstance(end := ended[scene], str) else end for scene in scenes]
+
+
+def _report_failed(
+    failed: Mapping[str, str], count: int, folder: Path | str, errors: Literal["raise", "coerce"]
+) -> None:
+    """Warn of every scene that failed, of so many, with the reason; raise KnitstudyError unless errors are coerced."""
     for name, reason in failed.items():
         log.warning("%s: %s", name, reason)
     if failed and errors != "coerce":
-        these = f"{len(failed)} of {len(scenes)} scenes failed, {', '.join(failed)}"
+        these = f"{len(failed)} of {count} scenes failed, {', '.join(failed)}"
         raise KnitstudyError(f"{these}: {next(iter(failed.values()))}; the others are in {folder}")
-    return [None if isinstance(end := ended[scene], str) else end for scene in scenes]
 
 
 @contextmanager

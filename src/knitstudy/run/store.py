@@ -308,7 +308,7 @@ def keys_of(dataset: xr.Dataset, path: Path | str) -> tuple[Keys, dict[str, Keys
     return keys, sources
 
 
-def scenes_of(
+def recorded_scenes(
     dataset: xr.Dataset, path: Path | str, defaults: Mapping[str, Any] = NOTHING
 ) -> tuple[Scene, dict[str, Scene]]:
     """Return the scene of a result, and the scenes that it names, by name.

@@ -7,7 +7,7 @@ quantity is the limit of solid yarns of rising degree; a run that fails, or exce
 from __future__ import annotations
 
 import resource
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import asdict, replace
@@ -28,10 +28,10 @@ from knitstudy.measures.estimate import Estimate, limit_of_degrees
 from knitstudy.measures.questions import QUESTIONS, answers, known
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import MEGABYTE, memory_growth
-from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OWN, SECONDS, measured_rows
+from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OF_OWN, OWN, SECONDS, measured_rows
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, Trade
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
 
@@ -115,8 +115,7 @@ def rows_of(
             price = {SECONDS: record["seconds"], MEMORY: record["memory"]}
             size = {"unknowns [1]": record["unknowns"], "increments [1]": record["increments"]}
             share = {"uncertainty of the reference value [1]": true.uncertainty / true.value}
-            remarks = {"reason": record["reason"], "code": record.get("code", "")}
-            remarks |= {"value [SI]": record["values"].get(quantity)}
+            remarks = {"reason": record["reason"], "value [SI]": record["values"].get(quantity)}
             of = {
                 "case": str(case),
                 "model setting": record["model setting"],
@@ -147,26 +146,41 @@ def reference_values(
     far: dict[str, list[float]] = {}
     for knit, values in runs.items():
         ended = [name for name in degrees if values.get(name)]
-        limits[knit] = {}
-        for quantity in values[ended[0]] if len(ended) > 1 else ():
-            series = [values[name][quantity] for name in ended]
-            found = limit_of_degrees([degrees[name] for name in ended], series)
-            true = Estimate(found.value, found.uncertainty)
-            change = abs(series[-1] - series[-2])
-            if abs(true.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
-                true = Estimate(series[-1], change)
-            limits[knit][quantity, 1.0] = true
+        limits[knit] = _limits([values[name] for name in ended], [degrees[name] for name in ended])
         if ended[-2:] == [next_to, highest]:
-            for (quantity, strain), true in limits[knit].items():
-                if known(Reference(limits[knit]), quantity, strain).known:  # nothing is compared with others
-                    off = abs(values[next_to][quantity] - true.value) + true.uncertainty
-                    far.setdefault(quantity, []).append(off / true.value)
+            for quantity, off in _errors(values[next_to], limits[knit]).items():
+                far.setdefault(quantity, []).append(off)
     for knit, limit_of_knit in limits.items():
         for (quantity, strain), limit in limit_of_knit.items():
             if not runs[knit].get(highest) and len(far.get(quantity, ())) >= FEW:
                 uncertainty = max(far[quantity]) * abs(limit.value)
                 limit_of_knit[quantity, strain] = Estimate(limit.value, uncertainty)
     return {knit: Reference(limit_of_knit) for knit, limit_of_knit in limits.items()}
+
+
+def _errors(values: Mapping[str, float], limits: Mapping[tuple[str, float], Estimate]) -> dict[str, float]:
+    """Return how far values are off their limits at most, as a share; of limits that others are compared with."""
+    return {
+        quantity: (abs(values[quantity] - limit.value) + limit.uncertainty) / limit.value
+        for (quantity, strain), limit in limits.items()
+        if known(Reference(dict(limits)), quantity, strain).known
+    }
+
+
+def _limits(
+    values: Sequence[Mapping[str, float]], degrees: Sequence[int]
+) -> dict[tuple[str, float], Estimate]:
+    """Return the limits, at full load, of quantities whose values have two degrees or more."""
+    limits = {}
+    for quantity in values[0] if len(values) > 1 else ():
+        series = [each[quantity] for each in values]
+        found = limit_of_degrees(degrees, series)
+        limit = Estimate(found.value, found.uncertainty)
+        change = abs(series[-1] - series[-2])
+        if abs(limit.value - series[-1]) > change:  # values that hardly converge cannot be extrapolated
+            limit = Estimate(series[-1], change)
+        limits[quantity, 1.0] = limit
+    return limits
 
 
 def collect(
@@ -184,7 +198,7 @@ def collect(
             about = {"knit": knit, "problem": problem.digest} | asdict(problem.inputs)
             of = [run for run in measured[knit] if run["model setting"] in problem.settings]
             rows += rows_of(of, case, about, trade, true)
-    return pd.DataFrame(rows, columns=COLUMNS)
+    return pd.DataFrame(rows, columns=[*COLUMNS, "problem"])
 
 
 def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
@@ -202,14 +216,16 @@ def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
     if problem.inputs.strain < 0 or scene.value("load.largest_force") is not None:
         which = "in tension and to a strain: leave out load.largest_force, or take a load.strain > 0"
         raise ConfigurationError(f"scene {scene.name!r}: models are compared {which}")
-    measured_rows(OWN)  # which refuses a table of something else
+    measured_rows(OWN, (*COLUMNS, *OF_OWN))  # which refuses a table of something else
     settings = problem.trade.settings_of(problem.case)
-    records = [run(named, setting, folder, say=True) | {"code": physics_digest()} for setting in settings]
+    records = [run(named, setting, folder, say=True) for setting in settings]
     of = (scene.name, problem.case)
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
-    before = read_table(OWN, needs=COLUMNS) if OWN.is_file() else pd.DataFrame(columns=COLUMNS)
+    groups = {name: behaviour([problem.trade.group_of(problem.case, name)]) for name in settings}
+    table = table.assign(behaviour=table["model setting"].map(groups))
+    before = read_table(OWN) if OWN.is_file() else table[:0]
     others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)
     return table

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from io import BytesIO
-from itertools import cycle
+from itertools import cycle, islice
 from math import isnan, nan
 from pathlib import Path
 from re import sub
@@ -249,62 +249,104 @@ def fabric_sheet(
     plan = Plan.of(config)
     scene = plan.labelled(scene)  # sheets of changed and of unnamed scenes have folders of their own
     cell = cell_of(scene)
-    if not isnan(tex) and len(cell.yarns) > 1:
-        raise ConfigurationError(
-            f"scene {scene.name!r}: tex is {tex:g}, of one yarn; set yarn.tex and yarn_b.tex, or yarn.of and yarn_b.of"
-        )
+    _require_tex_of_all_yarns(cell, tex, scene.name)
     starts = STARTS if cell.load.start in STARTS else (cell.load.start,)
+    friction_at_rest = len(starts) > 1
     for warning in unit_warnings(cell):
         log.warning(warning)
     store = Store(None if folder is None else Path(folder), (OF_STUDY,), progress or (lambda label: silent))
     maker = _Maker(cell, starts, FARTHER * force, plan, store)
-    loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
-    loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
-    # Bending takes longest, and begins first; what takes little time fills the gaps at the end.
-    each: list[Callable[[_Maker], Any]] = [partial(_Maker.bending, start=start) for start in starts]
-    each += [partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()]
-    each += [partial(_Maker.pressed, start=start, pressure=max(pressures)) for start in starts]
-    inputs = _inputs(cell)
-    each += [partial(_Maker.with_input, key=key, force=LIGHT * force) for key in inputs]
-    # The length of yarn that tucks, floats and inlays are drawn with is not that of their stitches.
-    loops_alone = set("".join(cell.pattern.stitches)) <= {"K", "P"} and INLAY not in cell.yarn_b.rows
-    drawings = OTHERWISE if len(starts) > 1 and loops_alone else ()
-    each += [partial(_Maker.drawn_otherwise, wider=wider) for wider in drawings]
-    made = iter(maker.side_by_side([*each, _Maker.tied]))
-    bent = [next(made) for _ in starts]
-    histories = {load: next(made) for load in loads}
-    pressed = [next(made) for _ in starts]
-    answers, otherwise = [next(made) for _ in inputs], [next(made) for _ in drawings]
-    tied = next(made)
-    others = [maker.coarse if len(starts) > 1 else {}, *otherwise]
+    made = _simulated(maker, ratios, max(pressures), LIGHT * force)
+    others = [maker.coarse if friction_at_rest else {}, *made.otherwise]
     verified = is_plain(cell.pattern.stitches) and cell.gates.point <= VERIFIED
-    curves = {
-        load: [curve_table(of[load]) for of in (histories, *others) if load in of] for load in histories
-    }
-    curves[PRESS] = [curve_table(of) for of in pressed]
-    for load, both in curves.items() if verified else ():
-        both += _with_errors_of_model(both[0], unlike=load.startswith(BOTH))
+    curves = _curves(made, others, verified)
     told = cell.tex if isnan(tex) else tex
     maker.notes.insert(0, _of_yarns(cell, told))
-    maker.notes.insert(1, _of_inputs(maker, answers, LIGHT * force))
-    starting = dict(zip(starts, (histories, maker.coarse), strict=False))
-    maker.notes += [
-        note for start, by_load in starting.items() for note in _of_rest(start, by_load["course"])
-    ]
+    maker.notes.insert(1, _of_inputs(maker, made.with_inputs, LIGHT * force))
+    for start, by_load in zip(starts, (made.histories, maker.coarse), strict=False):
+        maker.notes += _of_rest(start, by_load["course"])
+    known_error = ERROR if verified else 0.0
+    notes = (BANDS if friction_at_rest else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes)
+    along_courses = [of["course"] for of in (made.histories, *others) if of]
     rows = [
-        *construction_rows(cell, [of["course"] for of in (histories, *others) if of], told),
+        *construction_rows(cell, along_courses, told),
         *thickness_rows(curves[PRESS], pressures),
-        *load_rows(curves, force, is_slack(histories["shear"])),
-        *bending_rows(bent, ERROR if verified else 0.0, tied),
+        *load_rows(curves, force, is_slack(made.histories["shear"])),
+        *bending_rows(made.bent, known_error, made.tied),
     ]
     return Sheet(
         scene=scene,
         numbers=pd.DataFrame(rows, columns=["quantity", "value", "uncertainty", "unit", "remark"]),
         curves=pd.concat([of[0].assign(load=load) for load, of in curves.items()]),
-        notes=(BANDS if len(starts) > 1 else DRAWN, KNOWN if verified else UNKNOWN, CYLINDER, *maker.notes),
-        histories=histories,
-        tied=tied,
+        notes=notes,
+        histories=made.histories,
+        tied=made.tied,
     )
+
+
+def _require_tex_of_all_yarns(cell: CellOfBeams, tex: float, name: str) -> None:
+    """Refuse a linear density for two yarns."""
+    if not isnan(tex) and len(cell.yarns) > 1:
+        raise ConfigurationError(
+            f"scene {name!r}: tex is {tex:g}, of one yarn; set yarn.tex and yarn_b.tex, or yarn.of and yarn_b.of"
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class _Simulated:
+    """Results of all simulations of a sheet."""
+
+    bent: list[Any]  # by start
+    histories: dict[str, xr.Dataset]  # by load
+    pressed: list[xr.Dataset]  # by start
+    with_inputs: list[Changed]  # course strains with changed inputs
+    otherwise: list[dict[str, xr.Dataset]]  # histories by load, of loops that are drawn otherwise
+    tied: xr.Dataset | None
+
+
+def _simulated(maker: _Maker, ratios: Sequence[float], pressure: float, light: float) -> _Simulated:
+    """Simulate bending, all loads, plates up to a pressure [Pa], and changed inputs at a `light` force [N/m]."""
+    cell = maker.cell
+    starts = maker.starts
+    loads = {way: {"load.deformation": way, "load.ratio": 1.0} for way in STRAINS}
+    loads |= {f"{BOTH} 1:{r:g}": {"load.deformation": "biaxial", "load.ratio": r} for r in ratios}
+    inputs = _inputs(cell)
+    # The length of yarn that tucks, floats and inlays are drawn with is not that of their stitches.
+    loops_alone = set("".join(cell.pattern.stitches)) <= {"K", "P"} and INLAY not in cell.yarn_b.rows
+    drawings = OTHERWISE if len(starts) > 1 and loops_alone else ()
+    # Bending takes longest, and begins first; what takes little time fills the gaps at the end.
+    tasks: list[Callable[[_Maker], Any]] = [
+        *(partial(_Maker.bending, start=start) for start in starts),
+        *(partial(_Maker.history, load=load, keys=keys) for load, keys in loads.items()),
+        *(partial(_Maker.pressed, start=start, pressure=pressure) for start in starts),
+        *(partial(_Maker.with_input, key=key, force=light) for key in inputs),
+        *(partial(_Maker.drawn_otherwise, wider=wider) for wider in drawings),
+        _Maker.tied,
+    ]
+    made = iter(maker.side_by_side(tasks))
+    return _Simulated(  # in the order of the tasks
+        bent=list(islice(made, len(starts))),
+        histories=dict(zip(loads, islice(made, len(loads)), strict=True)),
+        pressed=list(islice(made, len(starts))),
+        with_inputs=list(islice(made, len(inputs))),
+        otherwise=list(islice(made, len(drawings))),
+        tied=next(made),
+    )
+
+
+def _curves(
+    made: _Simulated, others: Sequence[dict[str, xr.Dataset]], verified: bool
+) -> dict[str, list[pd.DataFrame]]:
+    """Return curves by load: of the start that counts, of others, and if `verified` with errors of the model."""
+    curves = {
+        load: [curve_table(of[load]) for of in (made.histories, *others) if load in of]
+        for load in made.histories
+    }
+    curves[PRESS] = [curve_table(of) for of in made.pressed]
+    if verified:
+        for load, both in curves.items():
+            both += _with_errors_of_model(both[0], unlike=load.startswith(BOTH))
+    return curves
 
 
 def _with_errors_of_model(curve: pd.DataFrame, unlike: bool) -> list[pd.DataFrame]:

@@ -265,13 +265,7 @@ def _own_unit(label: str, name: str) -> str:
 
 def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> tuple[str, str]:
     """Return the column of strain or force, of several that of the direction, and its unit, by their names."""
-    labels = [
-        label
-        for label in map(str, table)
-        if NAMES[name].search(label.lower()) and not words_of(label) & OTHER_COLUMNS
-    ]
-    if len(labels) > 1 and (own := [label for label in labels if label.lower().startswith(direction)]):
-        labels = [label for label in own if "[N/m]" in label] or own
+    labels = _named_like(table, name, direction)
     add = f"add --{name} COLUMN UNIT, with a unit of {', '.join(MENTIONED[name])}"
     if len(labels) != 1:
         some = ", ".join(map(repr, (labels or [*table])[:6])) + (", ..." if table.shape[1] > 6 else "")
@@ -288,6 +282,19 @@ def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> t
         log.warning("%s: %r has no unit and is taken as a ratio, not in %%", path, label)
         return label, "1"
     raise DataFileError(f"{path}: {label!r} has no unit; {add}")
+
+
+def _named_like(table: pd.DataFrame, name: str, direction: str) -> list[str]:
+    """Return the columns that are named like a strain or force, of several those of the direction."""
+    labels = [
+        label
+        for label in map(str, table)
+        if NAMES[name].search(label.lower()) and not words_of(label) & OTHER_COLUMNS
+    ]
+    own = [label for label in labels if label.lower().startswith(direction)]
+    if len(labels) > 1 and own:
+        return [label for label in own if "[N/m]" in label] or own
+    return labels
 
 
 def _refuse(column: Measured, words: set[str], why: str, remedy: str, path: Path) -> None:

@@ -12,6 +12,7 @@ import csv
 import logging
 import re
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import islice, zip_longest
 from pathlib import Path
@@ -112,20 +113,10 @@ def read_lab_table(path: Path, skip_bad: bool = False, number: int | None = None
 
 def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]:
     """Return lines, split so that most of them are rows of tables, with the separator and the tables."""
-    if text.startswith("PK\x03\x04"):
-        raise DataFileError(f"{path}: is a workbook or another packed file; save the table as CSV")
-    texts = re.split("\r\n|\r|\n", text)
-    separator_line = SEPARATOR_LINE.match(texts[0].strip())
-    if separator_line:
-        texts[0] = ""
-    kept = {
-        number: line
-        for number, line in enumerate(texts, 1)
-        if line.strip() and not line.lstrip().startswith(COMMENT)
-    }
+    kept, separators = _lines_and_separators(text, path)
     best: tuple[Lines, str | None, list[_Found]] = ({}, None, [])
     most, first = 0, None
-    for mark in [separator_line[1]] if separator_line else SEPARATORS:
+    for mark in separators:
         if mark is not None and mark not in text:
             continue
         try:
@@ -149,6 +140,22 @@ def _best_split(text: str, path: Path) -> tuple[Lines, str | None, list[_Found]]
         f"{path}: must be a table with names of columns above rows of numbers, parted by commas, semicolons, tabs or "
         "spaces"
     )
+
+
+def _lines_and_separators(text: str, path: Path) -> tuple[dict[int, str], Sequence[str | None]]:
+    """Return lines by number, without comments and empty ones, and the separators that they may have."""
+    if text.startswith("PK\x03\x04"):
+        raise DataFileError(f"{path}: is a workbook or another packed file; save the table as CSV")
+    texts = re.split("\r\n|\r|\n", text)
+    separator_line = SEPARATOR_LINE.match(texts[0].strip())
+    if separator_line:
+        texts[0] = ""
+    kept = {
+        number: line
+        for number, line in enumerate(texts, 1)
+        if line.strip() and not line.lstrip().startswith(COMMENT)
+    }
+    return kept, [separator_line[1]] if separator_line else SEPARATORS
 
 
 def _split(texts: dict[int, str], separator: str | None) -> Lines:
@@ -328,15 +335,8 @@ def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
     numbers = sorted(text.translate(ONE_STYLE) for text in texts if NUMBER(text))
     evidence: dict[str, str] = {}  # by decimal mark, a number that takes it
     for number in numbers:
-        body = re.split("[eE]", number)[0]
-        both = [mark for mark in ".," if mark in body]
-        if len(both) == 2:
-            mark = max(both, key=body.rfind)
-            evidence.setdefault(mark, f"{number} {DECIMAL[mark]}")
-        elif both and body.count(both[0]) > 1:
-            evidence.setdefault(OTHER[both[0]], f"{number} {THOUSANDS[both[0]]}")
-        elif both and (not GROUPED(body) or body.lstrip("+-").startswith("0")):
-            evidence.setdefault(both[0], f"{number} {DECIMAL[both[0]]}")
+        if found := _mark_of(number):
+            evidence.setdefault(*found)
     if len(evidence) == 2:
         raise DataFileError(f"{path}: {evidence['.'].replace(' ', ' has ', 1)} and {evidence[',']}")
     if evidence:
@@ -349,6 +349,23 @@ def _decimal_mark(texts: set[str], separator: str | None, path: Path) -> str:
             "thousands, or write one more decimal"
         )
     return "."
+
+
+def _mark_of(number: str) -> tuple[str, str] | None:
+    """Return the decimal mark that a number must have, and why; None where it says nothing."""
+    body = re.split("[eE]", number)[0]
+    marks = [mark for mark in ".," if mark in body]
+    if not marks:
+        return None
+    first = marks[0]
+    if len(marks) == 2:
+        last = max(marks, key=body.rfind)
+        return last, f"{number} {DECIMAL[last]}"
+    if body.count(first) > 1:
+        return OTHER[first], f"{number} {THOUSANDS[first]}"
+    if not GROUPED(body) or body.lstrip("+-").startswith("0"):
+        return first, f"{number} {DECIMAL[first]}"
+    return None
 
 
 def _numbers(column: Fields, decimal: str) -> np.ndarray:

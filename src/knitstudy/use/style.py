@@ -164,12 +164,12 @@ def save(figure: Figure, paths: Iterable[Path | str], sources: Mapping[str, Sour
 
 
 def describe(sources: Mapping[str, Source]) -> str:
-    """Return the stages, scenes and digests of datasets in one line, and the physics behind committed tables."""
+    """Return the stages, scenes and digests of datasets in one line, and the runs behind committed tables."""
     parts = []
     for stage, source in sources.items():
         if isinstance(source, pd.DataFrame):
-            physics = sorted(set(source["physics"].astype(str))) if "physics" in source else []
-            parts.append(f"{stage} [{', '.join(physics) or 'unknown'}]")
+            runs = ", ".join(sorted({str(run) for run in source["run"]})) if "run" in source else "unknown"
+            parts.append(f"{stage} [run {runs}]")
             continue
         for dataset in [source] if isinstance(source, xr.Dataset) else source.values():
             scene, digest = (dataset.attrs.get(name, "unknown") for name in ("scene", "digest"))

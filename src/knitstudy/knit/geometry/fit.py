@@ -396,56 +396,102 @@ def _plain(error: GeometryError) -> str:
     return str(error).removeprefix("pattern.control_points: ")
 
 
+def _with_free_share(room: Room) -> Room:
+    """Return a room on from the share that pieces of its yarn leave free: closest points slide in flat valleys."""
+    share = min(room.share, room.near["distance"].min() / room.unit.target) - RETREAT
+    return Room(room.unit, room.path, share, room.settings, room.crossing)
+
+
+@dataclass
+class _Walk:
+    """Where a search for a loop is."""
+
+    room: Room
+    best: Room  # the last one that has its room
+    stride: float = STRIDE
+    idle: int = 0  # minimisations in a row that hardly moved
+    back: bool = False  # whether it has gone back to the best one
+
+    @property
+    def gain(self) -> float:
+        """Share of the radius above that of the best room."""
+        return self.room.share - (self.best.share if self.best.missing <= EXACT else -1.0)
+
+    def advance(self, room: Room, moved: float) -> None:
+        """Take another loop, whose control points have moved by so much, and longer strides."""
+        self.room = room
+        self.stride = min(STRIDE, 2 * self.stride)
+        self.idle = self.idle + 1 if moved < IDLE * room.path.rest else 0
+
+    def is_settled(self, moved: float, reach: float, at_minimum: bool) -> bool:
+        """Whether the last minimisation hardly moved, or ended at a minimum within its stride."""
+        return self.idle > 0 or (moved < 0.99 * reach and at_minimum)
+
+    def goes_no_farther(self, stuck: bool, there: bool) -> bool:
+        """Whether a loop before the wanted one has its room and is stuck, or hardly moves for too long.
+
+        A loop that has just become the wanted one goes on to the minimum there; `there`: the one before was it already.
+        """
+        room = self.room
+        exact = room.missing <= EXACT
+        if exact and room.at_end and not there:
+            return False
+        patience = 1 if room.unit.stitches == PLAIN else MIXED_PATIENCE
+        return self.idle > patience or (exact and stuck and not room.at_end)
+
+    def retreat(self) -> bool:
+        """Take a quarter of the stride; return whether there is a way on.
+
+        Out of a loop whose yarns overlap no way leads: on from the last that has room, once, and more carefully.
+        """
+        self.stride = 0.25 * self.stride
+        if self.stride >= SMALLEST_STRIDE:
+            return True
+        if self.room.missing <= EXACT or self.back:
+            return False
+        self.room = self.best
+        self.stride = 0.25 * STRIDE
+        self.back = True
+        return True
+
+
 def _follow_path(room: Room) -> _End:
     """Go on from a loop until it is the wanted one or has no room: the last loop, the outcome, or why there is none.
 
     A minimisation moves control points by a stride at most. One that loses the interlock is repeated with a quarter of
     the stride.
     """
-    best = room
     before = room.cost.terms(room.unit.control_points)
+    walk = _Walk(room, best=room)
     iterations = 0
-    stride = STRIDE
-    idle = 0
-    back = False
     reason = ""
-    patience = 1 if room.unit.stitches == PLAIN else MIXED_PATIENCE
     for _ in range(ROUNDS):
-        reach = stride * room.path.rest
+        room = walk.room
+        reach = walk.stride * room.path.rest
         try:
             result = room.minimise(reach)
             following = room.moved(result.x)
         except GeometryError as error:
             reason = _plain(error)
-            stride = 0.25 * stride
-            if stride < SMALLEST_STRIDE:
-                if room.missing <= EXACT or back:
-                    break
-                # Out of a loop whose yarns overlap no way leads: on from the last that has room, more carefully.
-                room = best
-                stride = 0.25 * STRIDE
-                back = True
+            if not walk.retreat():
+                break
             continue
         iterations += result.nit
         gradient = room.stationary(result.x)
         moved = np.abs(result.x[:-1]).max()
         there = room.at_end
         room = following
-        stride = min(STRIDE, 2 * stride)
-        idle = idle + 1 if moved < IDLE * room.path.rest else 0
+        walk.advance(room, moved)
         exact = room.missing <= EXACT
-        gain = room.share - (best.share if best.missing <= EXACT else -1.0)
-        settled = idle or (moved < 0.99 * reach and (result.status == 0 or gradient < STATIONARY))
+        settled = walk.is_settled(moved, reach, result.status == 0 or gradient < STATIONARY)
         if exact and there and settled:
             points = room.unit.control_points
             return room, Optimum(points, before, room.cost.terms(points), iterations, gradient), ""
+        gain = walk.gain
         if exact and gain >= 0:
-            best = room
-        arrived = exact and room.at_end and not there  # at the wanted loop, which has its own minimum
-        if (exact and not room.at_end and (settled or gain < GAIN)) or (idle > patience and not arrived):
+            walk.best = room
+        if walk.goes_no_farther(stuck=settled or gain < GAIN, there=there):
             break
-        # On from the share that pieces of its yarn leave free: closest points slide in flat valleys.
-        if idle and not exact:
-            share = min(room.share, room.near["distance"].min() / room.unit.target) - RETREAT
-            room = Room(room.unit, room.path, share, room.settings, room.crossing)
-    return best, None, reason or f"no other loop is found in {iterations} iterations"
+        if walk.idle and not exact:
+            walk.room = _with_free_share(room)
+    return walk.best, None, reason or f"no other loop is found in {iterations} iterations"

@@ -179,8 +179,8 @@ def _section_area(path: Path, section: ElementTree.Element) -> float:
     return area_of(*sizes)
 
 
-def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = None) -> Fabric:
-    """Return the fabric of a table, endless in two `periods` (2, 3) in the unit of the table."""
+def _points_and_radius(path: Path, table: pd.DataFrame) -> tuple[list[Floats], float, float]:
+    """Return the points (P, 3) of every yarn and the radius of all [m], and the unit of the table in m."""
     unit, scale = ("mm", 1e-3) if "x [mm]" in table else ("m", 1.0)
     names = [name.replace("[m]", f"[{unit}]") for name in COLUMNS]
     if missing := [name for name in names if name not in table]:
@@ -193,31 +193,37 @@ def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = N
         )
     numbers *= scale
     radius = numbers[names[4]].unique()
-    points = [numbers[names[1:4]].to_numpy()[at] for at in table.groupby("yarn", sort=False).indices.values()]
     if len(radius) != 1 or not radius[0] > 0:
         raise DataFileError(
             f"{path}: column {names[4]} holds {radius.tolist()}; allowed is one positive number"
         )
+    points = [numbers[names[1:4]].to_numpy()[at] for at in table.groupby("yarn", sort=False).indices.values()]
+    return points, float(radius[0]), scale
+
+
+def _fabric_of_table(path: Path, table: pd.DataFrame, periods: Floats | None = None) -> Fabric:
+    """Return the fabric of a table, endless in two `periods` (2, 3) in the unit of the table."""
+    points, radius, scale = _points_and_radius(path, table)
     if (short := min(map(len, points))) < FEWEST:
         raise DataFileError(f"{path}: a yarn has {short} points; allowed are {FEWEST} or more")
-    if radius[0] > THICK:
+    if radius > THICK:
         log.warning(
             "%s: the radius of the yarns is %g m: are lengths in mm? Then call the columns x [mm] ...",
             printable(str(path)),
-            radius[0],
+            radius,
         )
     if periods is None:
-        fabric = of_curves([centreline(point) for point in points], float(radius[0]))
+        fabric = of_curves([centreline(point) for point in points], radius)
     else:
         along, up = periods = scale * periods
         rows = [Centreline(CatmullRom(point[:-1], along), 1) for point in points]
         image = Centreline(CatmullRom(points[0][:-1] + up, along), 1, rows[0])
-        size = along + up + [0, 0, 2 * radius[0]]
+        size = along + up + [0, 0, 2 * radius]
         copy_of = np.append(np.arange(len(rows)), 0)
         shift = np.append(np.zeros((len(rows), 3)), [up], axis=0)
         more = {"specimen": "cell", "periods": periods, "cell": size[:2]}
-        fabric = of_curves([*rows, image], float(radius[0]), 0.0, size, copy_of, shift, **more)
-    if len(apart := fabric.crossings.distance) and (least := apart.min() / radius[0]) < 2 - DEEPEST:
+        fabric = of_curves([*rows, image], radius, 0.0, size, copy_of, shift, **more)
+    if len(apart := fabric.crossings.distance) and (least := apart.min() / radius) < 2 - DEEPEST:
         raise DataFileError(
             f"{path}: yarns overlap: centrelines are {apart.min():.4g} m apart where they cross, {2 - least:.2g} radii "
             f"less than a diameter; allowed are {DEEPEST} radii"

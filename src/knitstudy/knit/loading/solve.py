@@ -137,8 +137,6 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
     reuse_memory()
     scene = problem.scene
     place = problem.motion.place
-    most, axis = scene.value("load.largest_force"), problem.motion.axis  # of cells alone
-    pressed = scene.value("load.largest_pressure")
     recorder = Recorder(problem.stations, problem.driven, problem.motion, problem.meter or Meter())
     checkpoint = Checkpoint(run.restart, scene.hash, type(problem.model.start())) if run.restart else None
     last = checkpoint.load(recorder) if checkpoint else None
@@ -156,21 +154,33 @@ def solve_load_path(problem: Problem, run: Run = IN_MEMORY) -> xr.Dataset:
                     with recorder.meter.paused():
                         checkpoint.save(last, recorder)
                 run.progress(last.load, place(last.load))
-                columns = recorder.columns
-                pulls = most is not None and abs(columns["force_per_width"][-1][axis]) >= most
-                if pulls or (pressed is not None and columns["pressure"][-1] >= pressed):
+                if _is_at_largest_load(problem, recorder):
                     return _history(problem, recorder, last).assign_attrs(full_load=last.load)
     except ConvergenceError as error:
         if last is not None and last.load > 0:
             if len(recorder.columns["load"]) > last.index + 1:
                 recorder.drop()  # refused
             reached = f"ended at {place(last.load)}, load factor {last.load:.4g}"
-            slack = slack_of(problem, recorder)
-            if slack and not recorder.slack()[1]:
-                error.args = (f"{error}; {slack}. {HELD_BY_NOTHING}",)
+            _add_slack(error, problem, recorder)
             error.history = _history(problem, recorder, last).assign_attrs(incomplete=f"{reached}: {error}")
         raise
     return _history(problem, recorder, last)
+
+
+def _is_at_largest_load(problem: Problem, recorder: Recorder) -> bool:
+    """Whether a cell has the largest force per width or pressure that its scene asks for."""
+    force, pressure = (problem.scene.value(f"load.largest_{name}") for name in ("force", "pressure"))
+    columns = recorder.columns
+    if force is not None and abs(columns["force_per_width"][-1][problem.motion.axis]) >= force:
+        return True
+    return pressure is not None and bool(columns["pressure"][-1] >= pressure)
+
+
+def _add_slack(error: ConvergenceError, problem: Problem, recorder: Recorder) -> None:
+    """Add to an error up to which strain nothing resists the load, where nothing ever does."""
+    slack = slack_of(problem, recorder)
+    if slack and not recorder.slack()[1]:
+        error.args = (f"{error}; {slack}. {HELD_BY_NOTHING}",)
 
 
 def slack_of(problem: Problem, recorder: Recorder) -> str:

@@ -92,90 +92,128 @@ DRAWS = (COURSE, WALE, LENGTH)
 """Keys that ask for a loop that is drawn for them, unless control points are given with them."""
 
 
-def in_base_keys(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return keys by dotted name, with the keys of a scene in place of the alternative keys of this module.
+def in_base_keys(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return keys by dotted name as keys of a scene, and the keys that yarns set, with their tex or None.
 
+    The former take precedence. A loop length that a yarn has in a fabric of the same stitches is among them: the loop
+    is drawn then.
     Raises ConfigurationError where keys give one quantity twice or in part, or a value is not allowed.
     """
-    keys_of_base = dict(keys)
-    for name, base in PER_METRE.items():
-        if name in keys_of_base:
-            _only(keys_of_base, name, base, where)
-            keys_of_base[base] = 1 / _positive(name, keys_of_base.pop(name), where)
+    own = dict(keys)
+    of_yarns: dict[str, Any] = {}
     for section in SECTIONS:
-        count = [f"{section}.{name}" for name in ("tex", "density")]
-        for name in count if any(name in keys_of_base for name in count) else ():
-            _only(keys_of_base, name, f"{section}.diameter", where)
-            if name not in keys_of_base:
-                raise ConfigurationError(f"{where}: {name} is missing; {' and '.join(count)} belong together")
-        if count[0] in keys_of_base:
-            tex, density = (_positive(name, keys_of_base.pop(name), where) for name in count)
-            keys_of_base[f"{section}.diameter"] = diameter_of(tex, density)
-    if POINTS_FILE in keys_of_base:
-        for base in (POINTS, WALE):
-            _only(keys_of_base, POINTS_FILE, base, where)
-        path = Path(str(keys_of_base.pop(POINTS_FILE)))
-        points, wale, _ = _content(read_points, path)
-        keys_of_base |= {
-            POINTS: points.tolist(),
-            WALE: wale,
-            FREE: keys_of_base.get(FREE, ["xyz"] * len(points)),
-        }
-    if KNITOUT in keys_of_base:
-        _only(keys_of_base, KNITOUT, STITCHES, where)
-        path = Path(str(keys_of_base.pop(KNITOUT)))
-        part = [_first_and_last(name, keys_of_base.pop(name, None), where) for name in KNITOUT_PART]
-        repeat = _content(repeat_of, path, *part)
-        size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
-        keys_of_base = size | keys_of_base | {STITCHES: list(repeat)}
-    if RELAXED in keys_of_base:
-        relaxed = keys_of_base.pop(RELAXED)
-        if not isinstance(relaxed, bool):
-            raise ConfigurationError(f"{where}: {refused(RELAXED, relaxed, 'true or false')}")
-        keys_of_base = (OF_RELAXED if relaxed else {}) | keys_of_base
-    mixed = len(set("".join(_rows(keys_of_base)))) > 1
-    if POINTS not in keys_of_base and (mixed or any(name in keys_of_base for name in DRAWS)):
-        keys_of_base[POINTS] = None
-    return keys_of_base
+        own, values = _without_yarn(section, own, where)
+        of_yarns |= values
+    for in_base in (_spacings, _diameters, _points, _stitches_of_machine, _relaxed, _drawn_loop):
+        own = in_base(own, where)
+    return own, of_yarns
 
 
-def without_yarn(keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return keys by dotted name without names of yarns, and the keys that yarns set, with their tex or None.
-
-    A loop length that the yarn has in a fabric of the same stitches is among the former: the loop is drawn then.
-    """
-    remaining, values = _without(SECTIONS[0], keys, where)
-    remaining, second = _without(SECTIONS[1], remaining, where)
-    return remaining, values | second
-
-
-def _without(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
+def _without_yarn(section: str, keys: Mapping[str, Any], where: str) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return keys without the name of the yarn of a section, and the keys that this yarn sets."""
     of = f"{section}.of"
     tex_key = f"{section}.tex"
-    first = section == SECTIONS[0]
-    remaining = dict(keys)
     tex = {tex_key: keys[tex_key]} if tex_key in keys else {}
-    if of not in remaining:
+    remaining = {key: value for key, value in keys.items() if key != of}
+    if of not in keys:
         return remaining, tex
-    yarn = read_yarn(remaining.pop(of), where, keys.get(f"{section}.diameter"))
-    stitches = _rows(remaining)
-    lengths = [
-        loop_length.value
-        for loop_length in yarn.loop_lengths
-        if loop_length.stitches == stitches and loop_length.value
-    ]
-    if first and lengths and (remaining.get(LENGTH), remaining.get(POINTS)) == (None, None):
-        remaining[LENGTH] = lengths[-1]
-    known = [(part, entry.value) for part, entry in yarn.values.items() if entry.value is not None]
-    values: dict[str, Any] = {KEYS[part][0]: value for part, value in known if part in KEYS}
-    if any(key in values for key in STIFFNESSES):
-        values["mesh.section_law"] = "straight"
-    if not first:  # friction is of both
+    yarn = read_yarn(keys[of], where, keys.get(f"{section}.diameter"))
+    values = _keys_of_yarn(yarn)
+    if section == SECTIONS[0]:
+        remaining |= _known_length(yarn, remaining)
+    else:
         values = {in_section(key, section): value for key, value in values.items() if key != FRICTION}
-        own = [in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
-        if lacking := [key for key in own if key not in values | remaining]:
+        needed = [in_section(key, section) for key, _ in KEYS.values() if key not in (FRICTION, TEX)]
+        if lacking := [key for key in needed if key not in values | remaining]:
             raise ConfigurationError(f"{where}: {of} {keys[of]} has no value of {', '.join(lacking)}; set it")
     return remaining, {tex_key: None} | values | tex
+
+
+def _keys_of_yarn(yarn: YarnFile) -> dict[str, Any]:
+    """Return the keys that a yarn sets where it is the first one, friction among them."""
+    values = {
+        KEYS[part][0]: entry.value
+        for part, entry in yarn.values.items()
+        if part in KEYS and entry.value is not None
+    }
+    if any(key in values for key in STIFFNESSES):
+        values["mesh.section_law"] = "straight"
+    return values
+
+
+def _known_length(yarn: YarnFile, keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the loop length of a yarn in a fabric of the stitches that keys name, if keys leave the loop open."""
+    if (keys.get(LENGTH), keys.get(POINTS)) != (None, None):
+        return {}
+    stitches = _rows(keys)
+    lengths = [length.value for length in yarn.loop_lengths if length.stitches == stitches and length.value]
+    return {LENGTH: lengths[-1]} if lengths else {}
+
+
+def _spacings(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys with spacings in place of counts per metre."""
+    for name, base in PER_METRE.items():
+        if name in keys:
+            _only(keys, name, base, where)
+            keys[base] = 1 / _positive(name, keys.pop(name), where)
+    return keys
+
+
+def _diameters(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys with diameters in place of linear and volume densities."""
+    for section in SECTIONS:
+        densities = [f"{section}.{name}" for name in ("tex", "density")]
+        if not any(name in keys for name in densities):
+            continue
+        for name in densities:
+            _only(keys, name, f"{section}.diameter", where)
+            if name not in keys:
+                raise ConfigurationError(
+                    f"{where}: {name} is missing; {' and '.join(densities)} belong together"
+                )
+        tex, density = (_positive(name, keys.pop(name), where) for name in densities)
+        keys[f"{section}.diameter"] = diameter_of(tex, density)
+    return keys
+
+
+def _points(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys with control points in place of the file that holds them."""
+    if POINTS_FILE not in keys:
+        return keys
+    for base in (POINTS, WALE):
+        _only(keys, POINTS_FILE, base, where)
+    points, wale, _ = _content(read_points, Path(str(keys.pop(POINTS_FILE))))
+    free = keys.get(FREE, ["xyz"] * len(points))
+    return keys | {POINTS: points.tolist(), WALE: wale, FREE: free}
+
+
+def _stitches_of_machine(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys with stitches in place of the file of a knitting machine."""
+    if KNITOUT not in keys:
+        return keys
+    _only(keys, KNITOUT, STITCHES, where)
+    path = Path(str(keys.pop(KNITOUT)))
+    part = [_first_and_last(name, keys.pop(name, None), where) for name in KNITOUT_PART]
+    repeat = _content(repeat_of, path, *part)
+    size = dict(zip(("pattern.loops", "pattern.rows"), size_of_repeat(repeat), strict=True))
+    return size | keys | {STITCHES: list(repeat)}
+
+
+def _relaxed(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys with those that relaxed loops stand for."""
+    if RELAXED not in keys:
+        return keys
+    relaxed = keys.pop(RELAXED)
+    if not isinstance(relaxed, bool):
+        raise ConfigurationError(f"{where}: {refused(RELAXED, relaxed, 'true or false')}")
+    return (OF_RELAXED if relaxed else {}) | keys
+
+
+def _drawn_loop(keys: dict[str, Any], where: str) -> dict[str, Any]:
+    """Return keys without control points of the defaults, where keys ask for a loop that is drawn."""
+    mixed = len(set("".join(_rows(keys)))) > 1
+    asked = mixed or any(name in keys for name in DRAWS)
+    return keys | {POINTS: None} if asked and POINTS not in keys else keys
 
 
 def in_section(key: str, section: str) -> str:
@@ -398,6 +436,28 @@ def _values(entries: Mapping[str, Any], units: Mapping[str, str], where: str) ->
     return values
 
 
+def _known_ends(
+    strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any
+) -> dict[str, Floats]:
+    """Return values with their upper and lower ends (3,) by name; refuse what no estimate can be made of."""
+    known = {part: value.ends for part, value in values.items() if value.value is not None}
+    if isinstance(diameter, int | float) and diameter > 0:
+        known.setdefault("diameter", np.full(3, float(diameter)))
+    if _is_packed(known) and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
+        needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
+        raise ConfigurationError(f"{where}: {needs}: set it, or the diameter")
+    if min(known.get("extension", [1])) <= 0:
+        raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
+    if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
+        raise ConfigurationError(f"{where}: strand {halves[0]}: pull and extension belong together; set both")
+    return known
+
+
+def _is_packed(known: Mapping[str, Floats]) -> bool:
+    """Whether the diameter follows from the packing."""
+    return "packing" in known or "diameter" not in known
+
+
 def _estimates(
     strands: list[Strand], values: Mapping[str, Value], where: str, diameter: Any = None
 ) -> dict[str, Value]:
@@ -405,22 +465,12 @@ def _estimates(
 
     The diameter follows from the packing, or else is that of the file, or the `diameter` that the scene sets [m].
     """
-    known = {part: value.ends for part, value in values.items() if value.value is not None}
-    if isinstance(diameter, int | float) and diameter > 0:
-        known.setdefault("diameter", np.full(3, float(diameter)))
-    packed = "packing" in known or "diameter" not in known
-    if packed and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
-        needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
-        raise ConfigurationError(f"{where}: {needs}: set it, or the diameter")
-    if min(known.get("extension", [1])) <= 0:
-        raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
-    if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:
-        raise ConfigurationError(f"{where}: strand {halves[0]}: pull and extension belong together; set both")
+    known = _known_ends(strands, values, where, diameter)
     fibres = [_values(find("fibre", read_yaml(FIBRES), s.fibre, where), OF_FIBRE, where) for s in strands]
     rho, E, pressure, exponent = (np.array([fibre[part].ends for fibre in fibres]) for part in OF_FIBRE)
     T, t, length = np.moveaxis(np.array([3 * [(s.tex, s.fibre_tex, s.length)] for s in strands]), 2, 0)
     tex, volume, straight = np.sum([T * length, T * length / rho[:, OTHER], E * T], axis=1)
-    if packed:
+    if _is_packed(known):
         diameter = np.array([*map(diameter_of, tex, known["packing"][OTHER] * tex / volume)])
     else:
         diameter = known["diameter"]

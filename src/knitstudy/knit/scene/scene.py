@@ -26,7 +26,7 @@ import numpy as np
 from pydantic import PrivateAttr, ValidationError
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS, in_base_keys, without_yarn
+from knitstudy.knit.scene.alternatives import OF_BEAMS, SECTIONS, in_base_keys
 from knitstudy.knit.scene.documents import packaged_defaults
 from knitstudy.knit.scene.keys import Section, describe, explicit_keys, lists, section, tuples, validated
 from knitstudy.knit.scene.kinds import (
@@ -98,22 +98,17 @@ class Scene(Part):
     def from_dict(
         cls, document: Mapping[str, Any], where: str = "scene", defaults: Mapping[str, Any] = NOTHING
     ) -> Scene:
-        """Build a scene from a nested mapping of its keys; `where` they come from is the prefix of error messages.
+        """Build a scene of a mapping of keys, nested or by dotted name; messages begin with `where` they come from.
 
         `defaults` are values of keys that are not in the document, for scenes of any kind: keys that the scene's kind
         does not have are left out. The scene remembers them, so that `vary` can make it one of another kind.
         Raises ConfigurationError when a key is unknown, missing, of another kind or has a value that is not allowed.
         """
-        keys, yarn = without_yarn(flat(document), where)
-        own = nested(keys := in_base_keys(keys, where), where)
-        if yarn:
-            defaults = nested(flat(defaults) | yarn, where)
-        own = {name: defaults[name] for name in Labels.model_fields if name in defaults} | own
-        labels = labels_of(own, where)
-        empty = [name for name, inside in document.items() if inside == {}]
-        kind = Kind.of(labels, where)
-        _require_kind(kind, (*keys, *empty), yarn, flat(defaults), where)
-        return _made(kind, labels, own, defaults, where)
+        made = _scene_of(flat(document), defaults, where)
+        for name in [name for name, inside in document.items() if inside == {}]:
+            if not made.kind.has(name):
+                raise ConfigurationError(f"{where}: {not_of_kind(made.kind, name)}")
+        return made
 
     def vary(self, changes: Mapping[str, Any]) -> Scene:
         """Return a scene with some keys changed, checked once all of them are.
@@ -123,32 +118,10 @@ class Scene(Part):
         it lacks from the defaults.
         Raises ConfigurationError when a key is unknown or not read, or a value is not allowed.
         """
-        made = self._varied(changes)
-        made.require_read(changes, f"scene {self.name!r}")
-        return made
-
-    def _varied(self, changes: Mapping[str, Any]) -> Scene:
-        """Return a scene as `vary` does, though nothing may read the changes."""
         where = f"scene {self.name!r}"
-        keys, yarn = without_yarn(changes, where)
-        keys = in_base_keys(keys, where)
-        before = {name: getattr(self, name) for name in Labels.model_fields}
-        labels = {name: keys[name] for name in Labels.model_fields if name in keys}
-        kind = Kind.of(labels_of(before | {"outputs": ()} | labels, where), where)
-        values = self._own_values()
-        implied = {**FREE_OF_STRESS, **kind.part.implied}
-        for key in [key for key in keys if key in values and key in implied and not kind.has(key)]:
-            values[key] = keys.pop(key)  # a value that the other kind knows without saying it
-        _require_kind(kind, keys, yarn, values, where)
-        if MODULUS not in keys:
-            stiffnesses = [key for name in OF_BEAMS if values.get(key := f"yarn.{name}") is not None]
-            _require_all_of_yarn(kind, stiffnesses, where)
-        before["outputs"] = tuple(name for name in self.outputs if name in kind.outputs)
-        labels_now = labels_of(before | labels, where)
-        changed = nested({key: value for key, value in yarn.items() if kind.has(key)} | keys, where)
-        tex = {key: value for key, value in yarn.items() if key.endswith(".tex")}
-        defaults = nested(flat(self._defaults) | tex, where) if yarn else self._defaults
-        return _made(Kind.of(labels_now, where), labels_now, changed, defaults, where, self.sections)
+        made = _scene_of(changes, self._defaults, where, self)
+        made.require_read(changes, where)
+        return made
 
     def labelled(self, labels: Mapping[str, str]) -> Scene:
         """Return the scene under other names of its own and of its knit; its sections are not checked again."""
@@ -171,7 +144,7 @@ class Scene(Part):
             factor = factors.get(unit_of(key))
             if factor is not None and value is not None:
                 changes[key] = (np.array(value) * factor).tolist()
-        return self._varied(changes)
+        return _scene_of(changes, self._defaults, f"scene {self.name!r}", self)
 
     def require_read(self, explicit: Iterable[str], where: str) -> None:
         """Refuse explicitly set keys that other keys make ineffective; `where` is the prefix of error messages."""
@@ -187,7 +160,7 @@ class Scene(Part):
 
     def __reduce__(self) -> tuple[Any, ...]:
         """Scenes go to other processes as their keys."""
-        return Scene.from_dict, (self.to_dict(), f"scene {self.name!r}", dict(self._defaults))
+        return _again, (self.to_dict(), dict(self._defaults))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Scene) and self.to_dict() == other.to_dict()
@@ -324,7 +297,7 @@ class Scene(Part):
 # Keys by their dotted names
 
 
-def set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> None:
+def _set_dotted(document: dict[str, Any], key: str, value: Any, where: str) -> None:
     """Set a nested key by its dotted name, in place; ConfigurationError when there is no such key."""
     section, dot, field = key.partition(".")
     sections = all_sections()
@@ -363,7 +336,74 @@ def _labels(cls: type[Part]) -> dict[str, Any]:
     }
 
 
-def _made(
+def _scene_of(
+    keys: Mapping[str, Any],  # by dotted name, with alternative keys
+    defaults: Mapping[str, Any],  # by section, for any kind of scene
+    where: str,
+    before: Scene | None = None,
+) -> Scene:
+    """Return the scene of keys over those of its yarns, over the scene before, over defaults.
+
+    Every scene is made here; `_again` alone takes one that is complete to another process.
+    Alternative keys become keys of scenes, the labels give the kind, and what this kind would silently leave out is
+    refused, before sections are checked.
+    """
+    own, of_yarns = in_base_keys(keys, where)
+    if of_yarns:
+        defaults = nested(flat(defaults) | of_yarns, where)
+    labels, kind = _labels_and_kind(own, defaults, where, before)
+    if before is None:
+        known = flat(defaults)
+    else:
+        known = before._own_values()
+        implied = _implied_before(kind, own, known)
+        own = {key: value for key, value in own.items() if key not in implied}
+        known |= implied
+    _require_kind(kind, own, of_yarns, known, where)
+    if before is not None and MODULUS not in own:
+        _require_all_of_yarn(kind, _stiffnesses(known), where)
+    given = nested({key: value for key, value in of_yarns.items() if kind.has(key)} | own, where)
+    return _checked(kind, labels, given, defaults, where, before.sections if before else NOTHING)
+
+
+def _implied_before(kind: Kind, own: Mapping[str, Any], before: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the keys that the kind before had, and whose values this kind knows without them."""
+    implied = {**FREE_OF_STRESS, **kind.part.implied}
+    return {
+        key: value for key, value in own.items() if key in before and key in implied and not kind.has(key)
+    }
+
+
+def _stiffnesses(known: Mapping[str, Any]) -> list[str]:
+    """Return the keys of the stiffnesses of its own that a yarn has."""
+    return [key for name in OF_BEAMS if known.get(key := f"yarn.{name}") is not None]
+
+
+def _labels_and_kind(
+    own: Mapping[str, Any], defaults: Mapping[str, Any], where: str, before: Scene | None
+) -> tuple[Labels, Kind]:
+    """Return labels by keys, by the scene before or by defaults; of its outputs those that the kind can have."""
+    given = {name: own[name] for name in Labels.model_fields if name in own}
+    if before is None:
+        below = {name: defaults[name] for name in Labels.model_fields if name in defaults}
+    else:
+        below = {name: getattr(before, name) for name in Labels.model_fields} | {"outputs": ()}
+    labels = labels_of(below | given, where)
+    kind = Kind.of(labels, where)
+    if before is not None and "outputs" not in given:
+        outputs = tuple(name for name in before.outputs if name in kind.outputs)
+        labels = labels.model_copy(update={"outputs": outputs})
+    return labels, kind
+
+
+def _again(document: Mapping[str, Any], defaults: Mapping[str, Any]) -> Scene:
+    """Return a scene of all its keys in another process, where its defaults may be those of another kind."""
+    where = f"scene {document['name']!r}"
+    labels = labels_of(document, where)
+    return _checked(Kind.of(labels, where), labels, document, defaults, where)
+
+
+def _checked(
     kind: Kind,
     labels: Labels,
     given: Mapping[str, Any],  # explicitly set keys by section
@@ -438,7 +478,7 @@ def nested(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
     """Return nested keys from dotted ones; ConfigurationError where one does not exist."""
     document: dict[str, Any] = {}
     for key, value in keys.items():
-        set_dotted(document, key, value, where)
+        _set_dotted(document, key, value, where)
     return document
 
 

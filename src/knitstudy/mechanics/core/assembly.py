@@ -38,6 +38,11 @@ class Batch:
         return self.part.stop - self.part.start
 
 
+def _are_spans(nodes: np.ndarray) -> bool:
+    """Whether elements (E, a) have consecutive nodes, and rise."""
+    return bool(np.all(np.diff(nodes, axis=1) == 1) and np.all(np.diff(nodes[:, 0]) > 0))
+
+
 class Assembly:
     """Summation over elements of groups that have as many nodes each."""
 
@@ -58,9 +63,7 @@ class Assembly:
         self.batches = [
             batch for number, nodes in enumerate(groups) for batch in _batches(number, nodes, pairs)
         ]
-        spans = transformation is None and all(  # consecutive nodes in elements, and elements that rise
-            np.all(np.diff(group, axis=1) == 1) and np.all(np.diff(group[:, 0]) > 0) for group in groups
-        )
+        spans = transformation is None and all(map(_are_spans, groups))
         if transformation is None:
             transformation = sp.identity(nodes, format="csr")
         self.retained = transformation.shape[1]
@@ -78,14 +81,14 @@ class Assembly:
         if spans:
             self._sums = [SpanSum(groups[b.group][b.part], self.indptr, self.indices) for b in self.batches]
         else:
-            pairs_of_batch = [self._pairs(local[b.group], b) for b in self.batches]
-            batches = np.bincount(
-                np.concatenate([touched for touched, _ in pairs_of_batch]), minlength=self.entries
-            )
-            self._sums = [
-                PairSum(touched, weights, batches[touched] == 1) for touched, weights in pairs_of_batch
-            ]
+            self._sums = self._pair_sums(local)
         self._links = None if linked is None else self._linked(linked)
+
+    def _pair_sums(self, local: Sequence[sp.csr_matrix]) -> list[PairSum]:
+        """Return the sums of batches, which know the entries that no other batch adds to."""
+        pairs = [self._pairs(local[batch.group], batch) for batch in self.batches]
+        batches = np.bincount(np.concatenate([touched for touched, _ in pairs]), minlength=self.entries)
+        return [PairSum(touched, weights, batches[touched] == 1) for touched, weights in pairs]
 
     @property
     def entries(self) -> int:

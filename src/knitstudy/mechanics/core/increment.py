@@ -241,8 +241,7 @@ def line_search(
             best = tried
         before_root = tried.along * slope > 0
         if before_root and np.isnan(high[1]):
-            # The tangent is too stiff for the root to lie within the step, or the step leads uphill.
-            if tried.residual <= residual or abs(tried.along) <= abs(slope):
+            if _is_nearer(tried, residual, slope):
                 return tried
             high = share, np.nan
         elif before_root:
@@ -250,10 +249,20 @@ def line_search(
         else:
             high = share, tried.along
         share = _between(low, high, first=high[0] == 1.0 and low[0] == 0.0)
-    # Where points begin to touch or to slip, the force jumps: a new tangent helps more than a shorter step.
-    if best is not None and (best.response.status is not None or best.residual < max(residual, tolerance)):
-        return best
-    return None
+    return best if best is not None and _helps(best, max(residual, tolerance)) else None
+
+
+def _is_nearer(trial: Trial, residual: float, slope: float) -> bool:
+    """Whether a full step is nearer to balance, as where the tangent is too stiff for the root to lie within it."""
+    return trial.residual <= residual or abs(trial.along) <= abs(slope)
+
+
+def _helps(trial: Trial, residual: float) -> bool:
+    """Whether a trial is worth going on with, though its force along the step is not small.
+
+    Where points begin to touch or to slip, the force jumps: a new tangent helps more than a shorter step.
+    """
+    return trial.response.status is not None or trial.residual < residual
 
 
 def _between(low: tuple[float, float], high: tuple[float, float], first: bool) -> float:

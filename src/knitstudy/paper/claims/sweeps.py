@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import pandas as pd
 
@@ -45,19 +46,11 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
         raise NotRun(
             f"the study has no sweep of {key} with {FEWEST} values, {HELD[evidence.held]} and friction"
         )
-
-    def test(sweep: Sweep, keep: str) -> Row:
-        claimed = "grows" if sign > 0 else "falls"
-        u_z = [point.u_z for point in sweep.points]
-        name = f"|u_z| {claimed}, {HELD[keep]}, {INTERACTIONS[sweep.interaction]}"
-        return trend(name, u_z, sign, claimed)
-
+    test = partial(_trend_of, sign=sign)
     main = test(held["isotropic"], evidence.held)
-    others = []
     # The paper does not print what is held: meanings that disagree leave the claim open.
-    if evidence.base is None:
-        meanings = {keep: _of_reading(evidence, key, keep) for keep in HELD if keep != evidence.held}
-        others = [test(of["isotropic"], keep) for keep, of in meanings.items() if "isotropic" in of]
+    meanings = _other_meanings(evidence, key) if evidence.base is None else {}
+    others = [test(of, keep) for keep, of in meanings.items()]
     grades = {row.grade for row in (main, *others)}
     note = ""
     if CONTRADICTED in grades and grades & {REPRODUCED, DIRECTION}:
@@ -72,6 +65,20 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
     for kind in sorted(held):
         yield from _values(_swept(key, evidence.held)[0], held[kind])
     yield Remark(note, tuple(point.scene.name for point in points))
+
+
+def _other_meanings(evidence: Evidence, key: str) -> dict[str, Sweep]:
+    """Return the sweeps with friction of other readings of what is held fixed."""
+    readings = {keep: _of_reading(evidence, key, keep) for keep in HELD if keep != evidence.held}
+    return {keep: sweeps["isotropic"] for keep, sweeps in readings.items() if "isotropic" in sweeps}
+
+
+def _trend_of(sweep: Sweep, keep: str, sign: int) -> Row:
+    """Return whether u_z grows (sign 1) or falls (-1) along a sweep."""
+    claimed = "grows" if sign > 0 else "falls"
+    u_z = [point.u_z for point in sweep.points]
+    name = f"|u_z| {claimed}, {HELD[keep]}, {INTERACTIONS[sweep.interaction]}"
+    return trend(name, u_z, sign, claimed)
 
 
 def _swept(key: str, keep: str) -> tuple[str, str]:

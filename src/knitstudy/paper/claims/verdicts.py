@@ -15,6 +15,7 @@ from math import nan
 from typing import Any
 
 import pandas as pd
+import xarray as xr
 
 from knitstudy.errors import DataFileError
 from knitstudy.paper.claims import CLAIMS, DECIDED, GRADES, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
@@ -58,16 +59,28 @@ class Reading:
         touches = any(new != name and base.has(new) for name, new in instead.items())
         if not touches and own == {name: getattr(base, name) for name in own}:
             return None
-        if self.kind == INPUT:  # other models have the base's inputs
-            instead = {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
+        if self.kind == INPUT:
+            instead = _of_other_inputs(instead)
         rows = {name: base.rows[new].named(name) for name, new in instead.items() if new in base.rows}
-        geometries = {base.rows[name].scene.knit: base.geometry for name in DIRECT if name in base.rows}
-        geometries |= base.geometries
         knits = {base.rows[instead[name]].scene.knit for name in DIRECT if name in rows}
-        if not knits <= geometries.keys():
+        geometry = _geometry_of(knits, base)
+        if geometry is None:
             return None
-        geometry = geometries[knits.pop()] if knits else base.geometry
         return replace(base, rows=rows, geometry=geometry, base=base, **own).named()
+
+
+def _of_other_inputs(instead: Mapping[str, str]) -> dict[str, str]:
+    """Return the scenes that other inputs replace, and solid yarns; other models have the base's inputs."""
+    return {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
+
+
+def _geometry_of(knits: set[str], base: Evidence) -> xr.Dataset | None:
+    """Return the geometry of a knit, that of the base for no knit; None where one of the knits has none."""
+    geometries = {base.rows[name].scene.knit: base.geometry for name in DIRECT if name in base.rows}
+    geometries |= base.geometries
+    if not knits <= geometries.keys():
+        return None
+    return geometries[knits.pop()] if knits else base.geometry
 
 
 def readings_of(table: pd.DataFrame) -> list[Reading]:
@@ -194,15 +207,20 @@ def conclude(
     row |= {"uncertainty": "", "readings": "", "depends on": ""}
     if row["verdict"] in DECIDED:
         row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
-    touching = [other for other in under[1:] if claim in other.touched]
+    return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], under[1:])
+
+
+def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> dict[str, str]:
+    """Return how many readings decide a claim alike, and which do not; nothing where none decides it."""
+    touching = [other for other in readings if claim in other.touched]
     decided = [other for other in touching if other.verdicts[claim] in DECIDED]
-    if row["verdict"] == NOT_RUN or not decided:
-        return row
-    alike = sum(other.verdicts[claim] == row["verdict"] for other in decided)
+    if not decided:
+        return {}
+    alike = sum(other.verdicts[claim] == verdict for other in decided)
     turned = [other for other in decided if claim in other.turned]
     left_open = sum(other.verdicts[claim] == UNDECIDABLE for other in touching)
     text = f"{alike} of {len(decided)}"
-    return row | {
+    return {
         "readings": f"{text}; {left_open} undecidable" if left_open else text,
         "depends on": "; ".join(f"{other.reading.reading}: {other.verdicts[claim]}" for other in turned),
     }

@@ -188,14 +188,8 @@ WITHDRAWN = (("rib", "wale"), ("seed", "course"), ("seed", "wale"))
 """Stitches and directions whose intervals do not hold, by the rule of docs/notes/fabrics.md."""
 
 
-def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
-    """Return strains of all fabrics whose cells are there, at `FORCES`, and how low or high they may be.
-
-    Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
-    added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
-    that force; half or twice the length of the strip; the change by a rest without friction, less the same change of
-    stockinette; `changes_by_unknowns`. A yarn without stockinette is left out.
-    """
+def _strips(cells: Mapping[str, xr.Dataset]) -> dict[tuple[str, str, str], Strip]:
+    """Return strips by yarn, stitch and direction, where cells are there, free and held, and sheared."""
     strips = {}
     for yarn, stitch in dict.fromkeys(tuple(name.split("-")[1:3]) for name in cells):
         for direction in DIRECTIONS:
@@ -204,6 +198,18 @@ def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
             if {"free", "held"} <= set(names) and sheared in cells:
                 pulled = {other: Pulled.of(cells[name], direction) for other, name in names.items()}
                 strips[yarn, stitch, direction] = strip_of(pulled, cells[sheared], yarn, stitch, direction)
+    return strips
+
+
+def predicted(cells: Mapping[str, xr.Dataset]) -> pd.DataFrame:
+    """Return strains of all fabrics whose cells are there, at `FORCES`, and how low or high they may be.
+
+    Cells are histories by the names of their scenes, fabric-YARN-STITCH-DIRECTION-OTHER. Parts of the interval are
+    added as squares: twice the root mean square error of that yarn's stockinette in both directions, or the largest at
+    that force; half or twice the length of the strip; the change by a rest without friction, less the same change of
+    stockinette; `changes_by_unknowns`. A yarn without stockinette is left out.
+    """
+    strips = _strips(cells)
     parts = []
     for (yarn, stitch, direction), strip in strips.items():
         known = [strips[key] for key in ((yarn, FITTED, way) for way in DIRECTIONS) if key in strips]

@@ -18,15 +18,16 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from knitstudy.errors import ConfigurationError
+from knitstudy.errors import ConfigurationError, KnitstudyError
 from knitstudy.knit.scene.documents import RESOURCES
-from knitstudy.knit.scene.keys import Section, output
+from knitstudy.knit.scene.keys import Section, output, validated
 from knitstudy.knit.scene.kinds import MODELS, role_of
-from knitstudy.knit.scene.scene import Scene, set_dotted
+from knitstudy.knit.scene.scene import NOTHING, Scene
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
-from knitstudy.run.code_digest import physics_digest
+from knitstudy.run.behaviour import behaviour
+from knitstudy.run.families import Member
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
 OWN = Path("measured.csv")  # The same for the user's own knits, in the working folder
@@ -37,7 +38,8 @@ ERROR, SECONDS, MEMORY = "error [1]", "seconds [s]", "memory [MB]"
 NUMBERS = (*(name for name, kind in Inputs.__annotations__.items() if kind != "str"), ERROR, SECONDS, MEMORY)
 COLUMNS = ("knit", "case", "model setting", "question", *Inputs.__annotations__, ERROR, SECONDS, MEMORY)
 COLUMNS += ("quantity", "uncertainty of the reference value [1]", "unknowns [1]", "increments [1]", "reason")
-COLUMNS += ("problem", "code", "value [SI]")
+COLUMNS += ("value [SI]",)
+OF_OWN = ("problem", "behaviour")  # columns beside, of knits of one's own
 
 OF_BEAMS = {*BeamYarn.model_fields} - {*Yarn.model_fields}  # keys of a yarn that only beams have
 
@@ -116,7 +118,8 @@ class Promises:
         trade = problem.trade
         case = str(problem.case)
         if mine := own_rows(problem):
-            others = any(row["code"] != physics_digest() for row in mine)
+            now = {name: behaviour([trade.group_of(problem.case, name)]) for name in problem.settings}
+            others = any(row["behaviour"] != now.get(row["model setting"]) for row in mine)
             basis = "on this very knit" + f", by other physics: measure it again ({OWN})" * others
             return cls(problem, mine, basis, own=True)
         name = problem.scene.name
@@ -141,25 +144,35 @@ class Promises:
 
     def settings(self, question: str) -> list[ModelSetting]:
         """Return the model settings that have a promise for a question."""
-        scene = self.problem.scene
-        case = str(self.problem.case)
         settings = []
         bound = max if self.own else self.problem.trade.bound
         for name, keys in self.problem.settings.items():
-            of = (case, name, question)
-            rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
-            if question == "contact":  # rough yarns are not asked for slip, which has errors of its own
-                rows = [row for row in rows if isinf(row["friction"]) == isinf(self.problem.inputs.friction)]
+            rows = self._rows_of(name, question)
             ended = [row for row in rows if isfinite(row[ERROR])]
             if not ended or not isfinite(error := bound([row[ERROR] for row in rows])):
                 continue
-            seconds, memory = ([row[column] for row in ended] for column in (SECONDS, MEMORY))
-            longer = 1.0
-            if (stops := scene.value("load.stops")) and not self.own:  # more increments take as much longer
-                longer = max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
-            price = longer * median(seconds), longer * bound(seconds), bound(memory)
+            longer = self._longer(keys)
+            seconds = [longer * row[SECONDS] for row in ended]
+            price = median(seconds), bound(seconds), bound([row[MEMORY] for row in ended])
             settings.append(ModelSetting(name, keys, max(error, SMALLEST), *price))
         return settings
+
+    def _rows_of(self, name: str, question: str) -> list[Mapping[str, Any]]:
+        """Return the rows of a model setting for a question."""
+        of = (str(self.problem.case), name, question)
+        rows = [row for row in self.rows if (row["case"], row["model setting"], row["question"]) == of]
+        if question != "contact":
+            return rows
+        # Rough yarns are not asked for slip, which has errors of its own.
+        return [row for row in rows if isinf(row["friction"]) == isinf(self.problem.inputs.friction)]
+
+    def _longer(self, keys: Mapping[str, Any]) -> float:
+        """Return how much longer the stops of the scene take than the increments of a model setting."""
+        scene = self.problem.scene
+        stops = scene.value("load.stops")
+        if not stops or self.own:
+            return 1.0
+        return max(1.0, (len(stops) + 1) / scene.vary(keys).solver.increments)
 
 
 @dataclass(frozen=True)
@@ -170,6 +183,10 @@ class Choice:
     ask: Requirements
     setting: ModelSetting
     settings: tuple[ModelSetting, ...]
+
+    def __str__(self) -> str:
+        question = f"{self.ask.question} within {self.ask.accuracy:.2g}"
+        return f"{question}: take {self.setting}, {self.promises.basis}"
 
     @property
     def beside(self) -> dict[str, float]:
@@ -193,11 +210,29 @@ def of_model(key: str) -> bool:
     return key == "outputs" or ("." in key and role_of(key) in ("resolution", "numerics"))
 
 
-def problem_of_keys(
-    name: str, keys: Mapping[str, Any], where: str, defaults: Mapping[str, Any]
-) -> PhysicalProblem:
-    """Return the physical problem of a scene that sets keys, by dotted name, over defaults."""
-    own: dict[str, Any] = {}
+def asked(
+    member: Member, changes: Mapping[str, Any], defaults: Mapping[str, Any], ask: Mapping[str, Any] = NOTHING
+) -> tuple[PhysicalProblem, Requirements, str]:
+    """Return the physical problem of a member of a family with changed keys, its question, and the prefix of messages.
+
+    Keys of the model that the member names are left out. `ask` has the requirements that neither the member nor the
+    changes have.
+    Raises ConfigurationError where the member leaves its model open and has keys of a model, or where changes have any.
+    """
+    open_ = is_open(member.keys)
+    keys = {key: value for key, value in member.keys.items() if open_ or not of_model(key)}
+    own = {"name": member.name} | _physical(keys, member.where) | {"fidelity": UNDECIDED}
+    scene = Scene.from_dict(own, member.where, defaults).vary(_physical(changes, member.where))
+    wish = {
+        key.partition(".")[2]: value for key, value in {**keys, **changes}.items() if key.startswith("ask.")
+    }
+    requirements = validated(Requirements, {**ask, **wish}, member.where, "ask.")
+    return PhysicalProblem(scene), requirements, member.where
+
+
+def _physical(keys: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """Return keys without model and question; refuse those of a model, and yarns that one model alone has."""
+    physical = {}
     for key, value in keys.items():
         if of_model(key) and key != "outputs":
             of = f"where fidelity is {AUTO}: it comes with the model that is chosen"
@@ -208,8 +243,8 @@ def problem_of_keys(
                 f"{where}: {key} is {value!r}, but {known}; `knitstudy run` simulates it"
             )
         if key != "fidelity" and not key.startswith("ask."):
-            set_dotted(own, key, value, where)
-    return PhysicalProblem(Scene.from_dict({"name": name, "fidelity": UNDECIDED} | own, where, defaults))
+            physical[key] = value
+    return physical
 
 
 def choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
@@ -232,7 +267,7 @@ def without_edges(problem: PhysicalProblem, ask: Requirements) -> str:
         return ""
     try:
         return f"if no edges matter, specimen: cell by {_choose(problem.endless(), ask, '').setting}"
-    except ConfigurationError:
+    except KnitstudyError:  # no promise, or no such loop
         return ""
 
 
@@ -268,7 +303,7 @@ def _choose(problem: PhysicalProblem, ask: Requirements, where: str) -> Choice:
 
 def own_rows(problem: PhysicalProblem) -> list[Mapping[str, Any]]:
     """Return what `knitstudy measure` has measured on this very knit."""
-    return [row for row in measured_rows(OWN) if row["problem"] == problem.digest]
+    return [row for row in measured_rows(OWN, (*COLUMNS, *OF_OWN)) if row["problem"] == problem.digest]
 
 
 def _good_enough(settings: list[ModelSetting], ask: Requirements, where: str) -> list[ModelSetting]:
@@ -300,18 +335,18 @@ def measured_knits(rows: Iterable[Mapping[str, Any]], case: str, known: bool = T
     return {row["knit"] for row in rows if row["case"] == case and isnan(row[ERROR]) != known}
 
 
-def measured_rows(path: Path) -> tuple[dict[str, Any], ...]:
-    """Return the rows of a table of errors and prices; none where there is no table."""
-    return _read(path.resolve(), path.stat().st_mtime_ns) if path.is_file() else ()
+def measured_rows(path: Path, columns: tuple[str, ...] = COLUMNS) -> tuple[dict[str, Any], ...]:
+    """Return the rows of a table of errors and prices, which has some columns; none where there is no table."""
+    return _read(path.resolve(), path.stat().st_mtime_ns, columns) if path.is_file() else ()
 
 
 @cache
-def _read(path: Path, _: int) -> tuple[dict[str, Any], ...]:
+def _read(path: Path, _: int, columns: tuple[str, ...]) -> tuple[dict[str, Any], ...]:
     try:
         with path.open(newline="", encoding="utf-8") as file:
             table = csv.DictReader(file)
             rows = list(table)
-            missing = {*COLUMNS} - {*(table.fieldnames or ())}
+            missing = {*columns} - {*(table.fieldnames or ())}
         if missing:
             raise ValueError(f"it has no column {', '.join(sorted(missing)[:3])}")
         return tuple(row | {column: float(row[column] or "nan") for column in NUMBERS} for row in rows)

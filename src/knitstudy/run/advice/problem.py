@@ -157,34 +157,48 @@ class PhysicalProblem:
         return next(self._outside(), "")
 
     def _outside(self) -> Iterator[str]:
-        box = self.trade.box
-        endless = self.case.specimen == "cell"
-        end = self.scene.value("load.strain")
-        if self.turns and (
-            len(self.turns) > 1 or not 0 <= end <= (1 + 1e-9) * self.trade.cycle.back * self.turns[0]
-        ):
-            fact = f"load.turns is {lists(self.turns)}, load.strain {end:g}"
-            yield f"{fact}, but models were measured with one turn and back to {self.trade.cycle.back:.0%}"
+        yield from self._outside_of_cycles()
         for name, value in (asdict(self.inputs) | {"length": self.length}).items():
-            between, key = box[name], INPUT_KEYS[name]
-            if name == "strain":
-                between = self.trade.strains(self.case)
-                key = "load.turns" if self.turns else key
-            if endless and name in OF_KNIT:
-                if key.startswith("pattern.") and (count := self.scene.value(key)) != 1:
-                    yield f"{key} is {count}, but models were measured on cells of one loop"
-            elif name in OF_CONTACT and (
-                self.case.yarns == TIED or (value == inf and self.case.path == SMALL)
-            ):
-                continue
-            elif isinstance(value, str) and value not in between:
+            if self.case.specimen == "cell" and name in OF_KNIT:
+                yield from self._outside_of_one_loop(INPUT_KEYS[name])
+            elif name not in OF_CONTACT or self._has_measured_contact(value):
+                yield from self._outside_of_range(name, value)
+        yield from self._unlike_sample()
+
+    def _outside_of_cycles(self) -> Iterator[str]:
+        back = self.trade.cycle.back
+        end = self.scene.value("load.strain")
+        if self.turns and (len(self.turns) > 1 or not 0 <= end <= (1 + 1e-9) * back * self.turns[0]):
+            fact = f"load.turns is {lists(self.turns)}, load.strain {end:g}"
+            yield f"{fact}, but models were measured with one turn and back to {back:.0%}"
+
+    def _outside_of_one_loop(self, key: str) -> Iterator[str]:
+        if key.startswith("pattern.") and (count := self.scene.value(key)) != 1:
+            yield f"{key} is {count}, but models were measured on cells of one loop"
+
+    def _has_measured_contact(self, value: Any) -> bool:
+        """Whether an input of contact has a range: not of tied yarns, nor infinite friction at small strains."""
+        return self.case.yarns != TIED and not (value == inf and self.case.path == SMALL)
+
+    def _outside_of_range(self, name: str, value: Any) -> Iterator[str]:
+        key = INPUT_KEYS[name]
+        between = self.trade.box[name]
+        if name == "strain":
+            between = self.trade.strains(self.case)
+            key = "load.turns" if self.turns else key
+        if isinstance(value, str):
+            if value not in between:
+                endless = self.case.specimen == "cell"
                 key = "load.deformation" if endless and name == "direction" else key
                 yield f"{key} is {value!r}, but models were measured with {' and '.join(between)}"
-            elif not isinstance(value, str) and not between[0] <= value * (1 + 1e-9) <= between[1] * (
-                1 + 2e-9
-            ):
-                fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
-                yield f"{fact}, but models were measured from {between[0]:g} to {between[1]:g}"
+            return
+        least, most = between
+        if not least <= value * (1 + 1e-9) <= most * (1 + 2e-9):
+            fact = f"{key}{OVER.get(name, '')} is {value:.4g}"
+            yield f"{fact}, but models were measured from {least:g} to {most:g}"
+
+    def _unlike_sample(self) -> Iterator[str]:
+        """Yield the other physical keys that differ from those of the sample."""
         there = replace(self, scene=self.trade.scene(self.case, self.inputs)).others
         for key, value in self.others.items():
             if key in OF_LOOP or key == "load.turns":

@@ -18,7 +18,8 @@ from pydantic import Field
 from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, read_yaml
 from knitstudy.knit.scene.keys import Count, Section, declared, validated
 from knitstudy.knit.scene.kinds import MODELS
-from knitstudy.knit.scene.scene import Scene, set_dotted
+from knitstudy.knit.scene.scene import Scene
+from knitstudy.run.behaviour import group
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -162,6 +163,11 @@ class Trade(Section):
             and case.specimen in MODELS.find(keys["fidelity"]).specimens
         }
 
+    def group_of(self, case: SampleCase, setting: str) -> str:
+        """Return the group of the scenes of a case by a model setting (`knitstudy.run.behaviour`)."""
+        fidelity = self.settings_of(case)[setting]["fidelity"]
+        return group(case.specimen, fidelity, case.yarns == TOUCHING)
+
     def scene(self, case: SampleCase, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
         touches = case.yarns == TOUCHING
@@ -181,9 +187,7 @@ class Trade(Section):
             keys.pop(INPUT_KEYS["edges"], None)
         document: dict[str, Any] = {"name": name, "knit": name, "fidelity": UNDECIDED, "outputs": []}
         document |= {"specimen": case.specimen, "interaction": interaction}
-        for key, value in keys.items():
-            set_dotted(document, key, value, name)
-        return Scene.from_dict(document, name, packaged_defaults())
+        return Scene.from_dict(document | keys, name, packaged_defaults())
 
 
 def load_trade() -> Trade:

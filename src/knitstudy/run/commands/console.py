@@ -28,7 +28,7 @@ from knitstudy.knit.scene.kinds import all_keys
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.registry import is_loaded, load_plugins
 from knitstudy.run.advice import Requirements
-from knitstudy.run.configuration import load_changed, load_families, scene_of_file, workflow_configuration
+from knitstudy.run.configuration import load_families, load_scene, scene_of_file, workflow_configuration
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -238,7 +238,7 @@ def changed_scene(name: str, changes: Changes, config: Path) -> Scene:
     """Return a scene of the configuration or of a result file with changed keys."""
     if is_result(name):
         return recorded(name, packaged_defaults() if changes else {})[0].vary(dict(changes))
-    return load_changed(name, dict(changes), config)
+    return load_scene(name, config, dict(changes))
 
 
 def is_result(name: str) -> bool:
@@ -248,9 +248,9 @@ def is_result(name: str) -> bool:
 
 def recorded(name: str, defaults: Mapping[str, Any]) -> tuple[Scene, dict[str, Scene]]:
     """Return the scene of a result file and the scenes that it names; `defaults` are for keys that the file lacks."""
-    from knitstudy.run.store import scenes_of
+    from knitstudy.run.store import recorded_scenes
 
-    return scenes_of(read_dataset(name), name, defaults)
+    return recorded_scenes(read_dataset(name), name, defaults)
 
 
 def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr.Dataset, xr.Dataset | None]:

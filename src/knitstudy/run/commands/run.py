@@ -13,7 +13,6 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import click
 
@@ -24,11 +23,16 @@ from knitstudy.knit.scene.documents import WORKFLOW
 from knitstudy.knit.scene.scene import unit_warnings
 from knitstudy.run.advice import ERROR, MEMORY, OWN, SECONDS
 from knitstudy.run.commands import console
-from knitstudy.run.configuration import choice_of, problem_of
+from knitstudy.run.configuration import asked_of
 from knitstudy.run.cost import machine_memory
 
-SAYING = ("knitstudy.run.simulations", "knitstudy.run.store", "knitstudy.knit.loading.solve.resumed")
-"""Loggers whose messages a user sees: which stages ran, and from which increment a run goes on."""
+SAYING = (
+    "knitstudy.run.configuration",
+    "knitstudy.run.simulations",
+    "knitstudy.run.store",
+    "knitstudy.knit.loading.solve.resumed",
+)
+"""Loggers whose messages a user sees: which model was chosen, which stages ran, from which increment a run goes on."""
 
 
 @click.command()
@@ -82,12 +86,10 @@ def run(
     from knitstudy.run.simulations import simulate
 
     before = read_dataset(scene) if console.is_result(scene) else None
-    chosen = console.changed_scene(scene, changes, config)
-    if before is None:
-        _print_choice(scene, dict(changes), config)
-    plan = console.plan_with(scene, config)
     try:
         with log_on_console(verbose):
+            chosen = console.changed_scene(scene, changes, config)
+            plan = console.plan_with(scene, config)
             results = simulate(chosen, output, config=config, progress=Progress, force=force, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
@@ -101,13 +103,6 @@ def run(
         made = console.plain(str(before.attrs.get("source", "")))
         same = f"the same as in {scene}, to the last bit, but for times"
         console.say(f"not the same as in {scene}, made by {made}: {others}" if others else same, err=True)
-
-
-def _print_choice(scene: str, changes: dict[str, Any], config: Path) -> None:
-    """Print the chosen model of a scene that leaves its model open."""
-    if choice := choice_of(scene, changes, config):
-        asked = f"{choice.ask.question} within {choice.ask.accuracy:.2g}"
-        console.say(f"{asked}: take {choice.setting}, {choice.promises.basis}", err=True)
 
 
 @click.command()
@@ -127,7 +122,7 @@ def measure(scene: str, changes: console.Changes, output: Path, config: Path) ->
     """
     from knitstudy.run.trade import measure as measured
 
-    problem, _, _ = problem_of(scene, dict(changes), config)
+    problem, _, _ = asked_of(scene, dict(changes), config)
     with log_on_console(verbose=False):
         table = measured(problem, output)
     columns = ["model setting", "question", ERROR, SECONDS, MEMORY, "reason"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import replace
 from math import nan
@@ -11,15 +12,14 @@ from typing import Any
 import click
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.knit.scene.alternatives import known_yarns, read_yarn, values_of_yarns
+from knitstudy.knit.scene.alternatives import Value, known_yarns, read_yarn, values_of_yarns
 from knitstudy.knit.scene.documents import layered_defaults
-from knitstudy.knit.scene.keys import documented
+from knitstudy.knit.scene.keys import Description, documented
 from knitstudy.knit.scene.kinds import MODELS, Labels, defaults_of_fields, word_of
 from knitstudy.knit.scene.scene import LABELS, Scene, flat, unit_warnings
 from knitstudy.registry import unknown_choice
 from knitstudy.run.advice import (
     BESIDE,
-    DEFAULT_ASK,
     Choice,
     ModelSetting,
     Promises,
@@ -76,19 +76,21 @@ def list_scenes(
         inside = study is None or study in member.studies
         model = member.keys.get("fidelity", defaults.get("fidelity"))
         if inside and fidelity in (None, model) and family in (None, member.family):
-            changed = {
-                key: value
-                for key, value in member.keys.items()
-                if key not in LABELS and (key not in defaults or value != defaults[key])
-            }
-            texts = ", ".join(
-                f"{key} of its own"
-                if _nested(changed[key])
-                else f"{key}={console.plain(word_of(changed[key]))}"
-                for key in sorted(changed, key=lambda key: ("." in key, key))  # the model first
-            )
-            rows.append((name, member.family, ",".join(member.studies), texts))
+            rows.append((name, member.family, ",".join(member.studies), _difference(member.keys, defaults)))
     console.print_table(("scene", "family", "studies", "differs from defaults"), rows)
+
+
+def _difference(keys: Mapping[str, Any], defaults: Mapping[str, Any]) -> str:
+    """Return in words which keys differ from the defaults, the model first."""
+    changed = {
+        key: value
+        for key, value in keys.items()
+        if key not in LABELS and (key not in defaults or value != defaults[key])
+    }
+    return ", ".join(
+        f"{key} of its own" if _nested(changed[key]) else f"{key}={console.plain(word_of(changed[key]))}"
+        for key in sorted(changed, key=lambda key: ("." in key, key))
+    )
 
 
 def _print_yarns() -> None:
@@ -214,16 +216,25 @@ def _print_keys(scene: Scene, sources: bool, what: str, changes: console.Changes
     for key, value in flat(scene.to_dict()).items():
         if scene.replaced_by(key):
             continue  # nothing reads it
-        name, _, field = key.rpartition(".")
-        described = documented(type(scene.sections[name]) if name else Labels, field)
-        if given := [each for name, each in yarns if (name, each.value) == (key, value)]:
-            described = replace(described, provenance=given[0].provenance, source=given[0].source)
-        elif key in changed or (key not in LABELS and value != defaults.get(key)):
-            who = "set here" if key in changed or before.get(key) != value else "set by the scene"
-            default = f"default: {described.provenance}, {described.source}"
-            described = replace(described, provenance=who, source=default)
+        set_here = key in changed or before.get(key) != value
+        by_scene = key in changed or (key not in LABELS and value != defaults.get(key))
+        given = next((each for name, each in yarns if (name, each.value) == (key, value)), None)
+        who = ("set here" if set_here else "set by the scene") if by_scene else ""
+        described = _described(scene, key, given, who)
         rows.append((key, word_of(value), *(getattr(described, column) for column in columns)))
     console.print_table(("key", "value", *columns), rows)
+
+
+def _described(scene: Scene, key: str, given: Value | None, who: str) -> Description:
+    """Return the description of a key, with the source of its value: a yarn's value, `who` has set it, or a default."""
+    name, _, field = key.rpartition(".")
+    described = documented(type(scene.sections[name]) if name else Labels, field)
+    if given is not None:
+        return replace(described, provenance=given.provenance, source=given.source)
+    if who:
+        default = f"default: {described.provenance}, {described.source}"
+        return replace(described, provenance=who, source=default)
+    return described
 
 
 @click.command()
@@ -266,7 +277,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
     accuracy or the budget, one message names the nearest.
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
-    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config, DEFAULT_ASK)
+    problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)
     if small := as_measured(problem):
         settings = Promises.of(small, where).settings(ask.question)
         console.say(

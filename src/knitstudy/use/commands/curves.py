@@ -242,13 +242,8 @@ def fit(
     from knitstudy.use.measured_curve import at, simulated_curve, within
 
     chosen, direction = _pulled(console.changed_scene(scene, changes, config))
-    for key in _stiffnesses(chosen):
-        why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
-        raise ConfigurationError(f"scene {chosen.name!r}: {why}; leave it out, or compare results of several")
     way = {name: named[name] for name in WAY}
-    turns = chosen.value("load.turns") or ()
-    if way["branch"] == "unloading" and not turns:
-        raise ConfigurationError(f"scene {chosen.name!r}: has no unloading to fit; set load.turns")
+    _require_fittable(chosen, way["branch"])
     both = chosen, _pulled(chosen.vary(dict(check)))[0]  # refused before anything is simulated
     whole, name = _read(measured, direction, named)
     reach = (max((each.load.strain, *(each.value("load.turns") or ()))) for each in both)
@@ -288,9 +283,7 @@ def fit(
         console.say(f"{measured}: {len(curve)} of {len(whole)} points, which all simulations reach", err=True)
         more_accurate = (lambda frictions: forces(simulations(frictions, dict(check)))) if check else None
         fitted = curve_fit.fit(curve.to_numpy(), forces(simulated), more_accurate)
-    moduli = {key: value for key in MODULI if (value := chosen.value(key)) is not None}
-    values = {key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()}
-    values |= {FRICTION: fitted.friction} if slides else {}
+    values = _fitted_values(chosen, fitted, slides)
     _require_finite((number for interval in values.values() for number in interval), measured)
     if fitted.factor[0] <= 0:
         raise DataFileError(f"{measured}: no modulus fits: its forces fall where those of the scene rise")
@@ -299,6 +292,24 @@ def fit(
     title = f"fit of {chosen.name} to {measured.name}"
     _write(output / "fit" / f"{chosen.name}-{name}", table, curves, title, named["decimal"])
     console.say(" ".join(f"--set {key}={console.plain(value)}" for key, (value, *_) in values.items()))
+
+
+def _require_fittable(scene: Scene, branch: str) -> None:
+    """Refuse a scene whose forces are not proportional to a modulus, or that has no such branch."""
+    for key in _stiffnesses(scene):
+        why = f"{key} is given in {unit_of(key)}, so that forces are not proportional to the modulus"
+        raise ConfigurationError(f"scene {scene.name!r}: {why}; leave it out, or compare results of several")
+    if branch == "unloading" and not scene.value("load.turns"):
+        raise ConfigurationError(f"scene {scene.name!r}: has no unloading to fit; set load.turns")
+
+
+def _fitted_values(scene: Scene, fitted: Fit, slides: bool) -> dict[str, Interval]:
+    """Return the moduli of a scene times the fitted factor, and the friction of yarns that slide."""
+    moduli = {key: value for key in MODULI if (value := scene.value(key)) is not None}
+    values: dict[str, Interval] = {
+        key: tuple(value * factor for factor in fitted.factor) for key, value in moduli.items()
+    }
+    return values | {FRICTION: fitted.friction} if slides else values
 
 
 def _printed(fitted: Fit, values: Mapping[str, Interval]) -> pd.DataFrame:

@@ -102,9 +102,8 @@ def show(
     for path in filter(None, (file, other)):
         if path.suffix != ".nc":
             raise DataFileError(f"{path}: results are .nc and .csv files")
-    if other is not None and (keys or pictures):
-        option = "--keys" if keys else "--picture"
-        raise click.UsageError(f"{option} takes one result; leave out {other}, or name it alone")
+    if other is not None:
+        _refuse_for_two({"--keys": keys, "--picture": pictures}, other)
     from knitstudy.measures.summary import kind_of
     from knitstudy.use.plot import draw
     from knitstudy.use.style import save
@@ -129,6 +128,13 @@ def show(
         console.say(f"written: {curve}", err=True)
     if pictures:
         _write_pictures(file, dataset, colour, pictures)
+
+
+def _refuse_for_two(options: Mapping[str, Any], other: Path) -> None:
+    """Refuse an option that takes one result, where another one is given."""
+    for option, given in options.items():
+        if given:
+            raise click.UsageError(f"{option} takes one result; leave out {other}, or name it alone")
 
 
 def _curves(results: Mapping[Path, xr.Dataset]) -> pd.DataFrame:

@@ -216,9 +216,26 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
     yield f"*HEADING\n{deck.title}\n** knitstudy {code_version()}; m, N, Pa\n"
     for sentence in departures:
         yield comment(f"NOT QUITE THE SCENE: {sentence}")
+    yield from _nodes(deck)
+    yield from _elements(deck, element)
+    if deck.equations is not None or deck.jumps:
+        yield "*EQUATION\n"
+        yield from _terms(deck)
+    yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
+    yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
+    yield from _contacts(deck, words)
+    for step in steps(deck, dialect):
+        yield _step(deck, step, dialect)
+
+
+def _nodes(deck: Deck) -> Iterator[str]:
     yield "*NODE, NSET=ALL\n"
     for number, place in enumerate(deck.nodes.tolist(), 1):
         yield lines([number, *(NUMBER % x for x in place)])
+
+
+def _elements(deck: Deck, element: Keywords) -> Iterator[str]:
+    """Yield elements of solids, node sets, and springs."""
     first = 1
     for name, corners in deck.elements.items():
         yield f"*ELEMENT, TYPE={element.element}, ELSET={name}\n"
@@ -234,19 +251,16 @@ def _cards(deck: Deck, dialect: str, words: dict[str, Keywords], departures: lis
             yield from (lines([number, *row]) for number, row in enumerate((nodes + 1).tolist(), first))
             yield f"*SPRING, ELSET=SPRINGS{first}\n{lines(nodes.shape[1] * [i])}{NUMBER % stiffness}\n"
             first += len(nodes)
-    if deck.equations is not None or deck.jumps:
-        yield "*EQUATION\n"
-        yield from _terms(deck)
-    yield f"*MATERIAL, NAME=YARN\n{material.cards}{element.cards}"
-    yield f"*SOLID SECTION, ELSET=SOLID, MATERIAL=YARN{element.section}\n"
+
+
+def _contacts(deck: Deck, words: dict[str, Keywords]) -> Iterator[str]:
+    """Yield surfaces that touch, and how they act on each other."""
     for pair in deck.contacts:
         yield _surface(f"{pair.name}_SLAVE", pair.slave) + _surface(f"{pair.name}_MASTER", pair.master)
     if deck.interaction is not None:
         yield "*SURFACE INTERACTION, NAME=YARNS\n" + words["interaction"].cards
         yield "*CONTACT PAIR, INTERACTION=YARNS, TYPE=SURFACE TO SURFACE\n"
         yield "".join(f"{pair.name}_SLAVE, {pair.name}_MASTER\n" for pair in deck.contacts)
-    for step in steps(deck, dialect):
-        yield _step(deck, step, dialect)
 
 
 def lines(entries: Iterable[object], count: int = 12, end: str = "\n") -> str:
