@@ -53,7 +53,7 @@ trade: environment  ## measure what accuracy costs on the FIRST=48 knits of a sa
 	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/trade.py --first $(FIRST)
 
 .PHONY: loops
-loops: environment  ## try loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
+loops: environment  ## draw loops of 210 course and wale spacings; resources/loops.csv, docs/notes/loops.webp
 	@$(BIN)/python benchmarks/loops.py
 
 .PHONY: mechanisms
@@ -70,19 +70,19 @@ swatches: environment  ## predict the sizes of 28 swatches from one yarn; resour
 	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/swatches.py
 
 .PHONY: test
-test: environment  ## pass the tests that show that an installation works, in two processes (some five minutes)
+test: environment  ## run the tests that show that an installation works, in two processes (some five minutes)
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS) --quick
 
 .PHONY: test-all
-test-all: environment  ## pass all tests, in two processes
+test-all: environment  ## run all tests, in two processes
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS)
 
 .PHONY: seconds
-seconds: environment  ## pass all tests, and write down which take long; tests/seconds.csv
+seconds: environment  ## run all tests, and list those that take long; tests/seconds.csv
 	@OMP_NUM_THREADS=1 $(BIN)/python $(ALL_TESTS) --seconds
 
 .PHONY: test-without-optional
-test-without-optional: environment  ## pass the unit tests that are left without the packages `use` and `paper`, in run/bare
+test-without-optional: environment  ## run the unit tests without the packages `use` and `paper`, in run/bare
 	@rm -rf run/bare && mkdir -p run/bare
 	@git ls-files -z | tar --create --null --files-from - | tar --extract --directory run/bare
 	@rm -r run/bare/src/knitstudy/use run/bare/src/knitstudy/paper
@@ -103,7 +103,7 @@ bench: environment  ## measure time and memory of scenes and solvers; results/ta
 	@$(BIN)/python benchmarks/run.py
 
 .PHONY: extremes
-extremes: environment  ## try what breaks, at the ends of all keys; resources/extremes.csv, docs/notes/extremes.webp
+extremes: environment  ## run scenes at the bounds of all keys; resources/extremes.csv, docs/notes/extremes.webp
 	@OMP_NUM_THREADS=1 $(BIN)/python benchmarks/extremes.py
 
 .PHONY: interruptions
@@ -133,7 +133,7 @@ lock: uv  ## pin newest versions of all packages in requirements.lock (needs the
 	    --no-emit-index-url --custom-compile-command "make lock" --output-file requirements.lock pyproject.toml
 
 .PHONY: lowest
-lowest: uv  ## pass all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
+lowest: uv  ## run all tests with the lowest versions that pyproject.toml allows, in .venv-lowest (needs the package registry)
 	@$(BIN)/uv venv --quiet --seed --allow-existing --python $(BIN)/python .venv-lowest
 	@$(BIN)/uv pip install --quiet --python .venv-lowest --resolution lowest-direct --editable ".[dev,docs]"
 	@OMP_NUM_THREADS=1 .venv-lowest/bin/python $(ALL_TESTS)

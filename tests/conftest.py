@@ -5,6 +5,8 @@ import importlib.util
 import os
 import platform
 import re
+import shutil
+from functools import partial
 from pathlib import Path
 
 if platform.machine() == "x86_64":
@@ -65,6 +67,11 @@ def pytest_addoption(parser):
         "--quick", action="store_true", help=f"leave out tests above {LONG:g} s and most studies"
     )
     parser.addoption("--seconds", action="store_true", help=f"write {SECONDS.name}")
+    parser.addoption(
+        "--complete",
+        action="store_true",
+        help="fail a test that needs a package or program which is not installed, rather than skip it",
+    )
     group = parser.getgroup("verification")
     group.addoption("--full", action="store_true", help="run cases of verification at full resolution")
     group.addoption("--cases", action="store_true", help="collect only tests that record a case")
@@ -73,6 +80,7 @@ def pytest_addoption(parser):
 
 def pytest_configure(config):
     config.addinivalue_line("markers", "full: takes long; runs with --full (`make verify`)")
+    config.addinivalue_line("markers", "needs(remedy, module, program): needs something optional")
     if config.getoption("--seconds") and not hasattr(config, "workerinput"):
         config.pluginmanager.register(Seconds())
     config.addinivalue_line("markers", "optional_packages: needs the packages `use` and `paper`")
@@ -97,11 +105,50 @@ def imports_removed(path):
     return any(other.is_file() and imports_removed(other) for other in others)
 
 
+TAKES_LONG = "takes minutes or full resolution: run it with --full; `make verify` and the nightly job do"
+
+
 def pytest_runtest_setup(item):
     if item.get_closest_marker("full") and not item.config.getoption("--full"):
-        pytest.skip("takes --full")
+        pytest.skip(TAKES_LONG)
     if item.get_closest_marker("optional_packages") and REMOVED:
-        pytest.skip(f"needs the removed packages {', '.join(REMOVED)}")
+        pytest.skip(f"tests {' and '.join(REMOVED)}, removed here: run it in a complete checkout")
+    for mark in item.iter_markers("needs"):
+        if reason := lacking(*mark.args, **mark.kwargs):
+            not_run(item.config, reason)
+
+
+def lacking(remedy, *, module=None, program=None):
+    """Return why a test cannot run and what to install, or nothing where the module or the program is there."""
+    if module is not None and importlib.util.find_spec(module) is None:
+        return f"the Python package {module} is not installed: {remedy}"
+    if program is not None and shutil.which(program) is None:
+        return f"the program {program} is not on the PATH: {remedy}"
+    return ""
+
+
+def not_run(config, reason):
+    """Skip a test for want of something that is not installed; fail it with --complete."""
+    if config.getoption("--complete"):
+        pytest.fail(f"{reason} (without --complete this test is skipped)", pytrace=False)
+    pytest.skip(reason)
+
+
+@pytest.fixture
+def not_run_here(request):
+    """Function of a reason that skips a test for want of something that is not installed, or fails it."""
+    return partial(not_run, request.config)
+
+
+@pytest.fixture
+def skip_if_long(request):
+    """Function that skips a case that takes long, unless --full is given."""
+
+    def skip(long):
+        if long and not request.config.getoption("--full"):
+            pytest.skip(TAKES_LONG)
+
+    return skip
 
 
 def is_quick(item, tests, files):

@@ -22,12 +22,25 @@ PAGE = ROOT / "docs" / "notes" / "knots.md"
 
 
 def as_markdown(table):
-    """Return the rows of the table as lines of Markdown."""
-    lines = ["| benchmark | quantity | at | known | here | error | mesh |", "|---|---|---|---|---|---|---|"]
-    for row in table.itertuples():
+    """Return lines of Markdown: of every quantity of a benchmark, the row with the largest error."""
+    lines = [
+        "| benchmark | quantity | points | largest error | at | known | here | mesh |",
+        "|---|---|---|---|---|---|---|---|",
+    ]
+    for (benchmark, quantity), points in table.groupby(["benchmark", "quantity"], sort=False):
+        row = points.loc[points.error.abs().idxmax()]
         mesh = "" if pd.isna(row.uncertainty) else f"{100 * row.uncertainty:.1f} %"
-        words = (row.benchmark, row.quantity, row.parameter, f"{row.known:.4g}", f"{row.here:.4g}")
-        lines.append("| " + " | ".join((*words, f"{100 * row.error:+.1f} %", mesh)) + " |")
+        error = f"{100 * row.error:+.1f} %"
+        words = (
+            benchmark,
+            quantity,
+            len(points),
+            error,
+            row.parameter,
+            f"{row.known:.4g}",
+            f"{row.here:.4g}",
+        )
+        lines.append("| " + " | ".join((*map(str, words), mesh)) + " |")
     return "\n".join(lines)
 
 

@@ -17,6 +17,7 @@ from knitstudy.run.configuration import load_scenes
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "config" / "README.md", *sorted(ROOT.glob("docs/**/*.md"))]
+LINKING = [*PAGES, ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md"]
 TEXTS = [*PAGES, *sorted(ROOT.glob("config/**/*.yaml"))]  # with the comments of configurations
 ROOTS = ("src/knitstudy", ".")  # folders that paths on pages begin in
 COMMAND = re.compile(r"python -m (knitstudy[\w.]*)")
@@ -69,6 +70,22 @@ def test_texts_name_modules_and_keys_that_are_there(page):
 def test_every_link_leads_somewhere(page):
     for path in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / path).exists(), path
+
+
+ANCHOR = re.compile(r"\]\(([^):\s]*)#([^)\s]+)\)")
+
+
+def anchors(page):
+    """Return the anchors that MkDocs and GitHub give to the headings of a page."""
+    heads = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return {re.sub(r"\s+", "-", re.sub(r"[^\w\s-]", "", head.lower()).strip()) for head in heads}
+
+
+@pytest.mark.parametrize("page", LINKING, ids=lambda page: str(page.relative_to(ROOT)))
+def test_every_anchor_is_a_heading(page):
+    for path, anchor in ANCHOR.findall(page.read_text(encoding="utf-8")):
+        target = page.parent / path if path else page
+        assert anchor in anchors(target), f"{path}#{anchor}"
 
 
 def test_every_page_is_linked_from_the_readme():

@@ -171,7 +171,7 @@ def test_viscous_flows_are_measured_against_what_yarns_store_at_rest_too():
 )
 def test_elements_that_are_too_large_for_the_yarn(specimen, refinement, across, needed):
     fewest = fewest_across(specimen, refinement)
-    with refusal(rf"mesh\.size is .*gates\.elements_across asks for {needed}: use") as caught:
+    with refusal(rf"mesh\.size is .*gates\.elements_across requires {needed}: use") as caught:
         require_elements_across(2 / across, fewest)
     require_elements_across(float(str(caught.value).split(": use ")[1].split()[0]), fewest)
     require_elements_across(2 / needed, fewest)

@@ -1,6 +1,7 @@
 """Knits without a file: graphs of loops with the attributes of knit-graphs, and the packages where there are any."""
 
 import warnings
+from importlib import import_module
 from itertools import combinations
 from pathlib import Path
 from types import SimpleNamespace
@@ -196,9 +197,10 @@ SWATCHES = {
 }
 
 
+@pytest.mark.needs("python -m pip install knit-graphs", module="knit_graphs")
 @pytest.mark.parametrize("name", [*SWATCHES, "twist_cable", "jersey_tube"])
 def test_swatches_of_knit_graphs(name):
-    made = getattr(pytest.importorskip("knit_graphs.basic_knit_graph_generators"), name)
+    made = getattr(import_module("knit_graphs.basic_knit_graph_generators"), name)
     if name == "jersey_tube":
         with refusal("no step along a row"):
             repeat_of(made(6, 6))
@@ -208,9 +210,10 @@ def test_swatches_of_knit_graphs(name):
         assert repeat_of(made(13, 9)) == SWATCHES[name]
 
 
+@pytest.mark.needs("python -m pip install knitout-interpreter", module="knitout_interpreter")
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
 def test_results_of_knitout_interpreter_have_the_letters_of_the_file(path):
-    interpreter = pytest.importorskip("knitout_interpreter.run_knitout")
+    interpreter = import_module("knitout_interpreter.run_knitout")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         graph = interpreter.run_knitout(str(path))[2]

@@ -203,7 +203,7 @@ def test_a_singular_law_is_for_no_deck():
 def test_a_section_without_a_stiffness_is_for_no_deck(tmp_path):
     fitted = membrane(cells(ORTHOTROPIC))
     write_sliding(fitted, (1e-6, 2e-6), tmp_path / "shell.inp", "shell")
-    with refusal("no stiffness in one way of stretching and bending"):
+    with refusal("no stiffness in one mode of stretching and bending"):
         write_sliding(fitted, (1e-6, 0.0), tmp_path / "shell.inp", "shell")
 
 

@@ -256,7 +256,7 @@ def test_a_diameter_takes_the_place_of_a_packing(tmp_path, knit):
     said = knit.vary({"yarn.of": str(path), "yarn.diameter": 0.2e-3})
     assert said.yarn.diameter == 0.2e-3
     assert said.yarn.bending == values["bending"].value
-    with refusal("packing is missing .*: say it, or the diameter"):
+    with refusal("packing is missing .*: set it, or the diameter"):
         knit.vary({"yarn.of": str(path)})
     path.write_text(f"{strands}values: {{packing: {PACKING}, diameter: {diameter}}}\n")
     packed = read_yarn(str(path)).values

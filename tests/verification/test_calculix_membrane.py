@@ -10,7 +10,7 @@ from knitstudy.use.fabric_law import LARGEST_FACTOR, membrane
 
 pytestmark = [
     pytest.mark.ccx,
-    pytest.mark.skipif(not calculix.available(), reason="CalculiX (ccx) is not installed"),
+    pytest.mark.needs("apt-get install calculix-ccx (Debian, Ubuntu)", program=calculix.PROGRAM),
 ]
 
 # The square moves as u = (U - 1) X: nodes 2 and 4 are at the ends of its edges, 3 at the corner between. Of the total

@@ -26,7 +26,7 @@ from knitstudy.use.decks.inp import write_inp
 
 pytestmark = [
     pytest.mark.ccx,
-    pytest.mark.skipif(not calculix.available(), reason="CalculiX (ccx) is not installed"),
+    pytest.mark.needs("apt-get install calculix-ccx (Debian, Ubuntu)", program=calculix.PROGRAM),
 ]
 
 STRETCH = {"linear": 1e-5, "5 %": 0.05}

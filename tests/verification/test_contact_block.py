@@ -247,14 +247,13 @@ def test_superposed_rotation(verify):
         ("elastic", 0.3, 0.035, True),
     ],
 )
-def test_ironing(lower, friction, bar, slow, full, verify):
+def test_ironing(lower, friction, bar, slow, full, skip_if_long, verify):
     """Two yarns pressed by 5% of the diameter; the upper one is moved along the lower one over four facets or more.
 
     They are 8 elements across at full resolution, otherwise 5. With friction the force is judged from where the whole
     contact slides.
     """
-    if slow and not full:
-        pytest.skip("takes --full")
+    skip_if_long(slow)
     core, rings, slide, increments = (4, 2, 1.2, 20) if full else (3, 1, 1.6, 12)
     size = 2 / (core + 2 * rings)
     bodies = crossed_yarns(core, rings, length=5.0)

@@ -59,10 +59,9 @@ def growth(friction):
         (0.76, 0.5, 1, True),
     ],
 )
-def test_capstan(friction, turn, way, slow, full, verify):
+def test_capstan(friction, turn, way, slow, full, skip_if_long, verify):
     """Both ends are pulled apart and then moved one way, until the whole belt slides."""
-    if slow and not full:
-        pytest.skip("takes --full")
+    skip_if_long(slow)
     angle, count = np.pi * turn, round(FACETS * turn)
     step = angle / count
     # The belt leaves the drum along the tangents; the drum reaches further, and is wider by a facet on both sides.

@@ -155,7 +155,10 @@ def starts(full, tmp_path_factory):
 def test_scene_starts(name, starts, request):
     scene, (reasons, most) = plan().scenes[name], known()
     if (takes := max(expected_cost(each).memory for each in simulated(scene))) > most:
-        pytest.skip(f"{name} is expected to take {takes} MB")
+        pytest.skip(
+            f"{name} is expected to take {takes:.0f} MB of memory, more than the {most:.0f} MB of {KNOWN.name}: "
+            "raise the number in the first line of that file to run it"
+        )
     why = starts.why_it_ends(scene)
     repeat = f"repeat with: python -m pytest --full '{request.node.nodeid}'"
     if why and name not in reasons:

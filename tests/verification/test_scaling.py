@@ -33,9 +33,8 @@ def curve(case, length=1.0, stiffness=1.0):
 
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("units", [*BINARY, *DECIMAL])
-def test_units_leave_the_dimensionless_answer_alone(case, units, full, verify):
-    if not full and units != "mm":
-        pytest.skip("takes --full")
+def test_units_leave_the_dimensionless_answer_alone(case, units, skip_if_long, verify):
+    skip_if_long(units != "mm")
     for message, here, there in zip(
         ("force", "motion"), curve(case, *(BINARY | DECIMAL)[units]), curve(case), strict=True
     ):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -23,7 +24,9 @@ from knitstudy.mechanics.core.stability import lowest_mode
 COARSE = {"load.largest_force": None, "load.strain": 0.01, "mesh.beam_size": 0.8}
 
 
+@cache
 def shape_at_rest(fabric: str, loops: int, rows: int, start: str):
+    """Scene, geometry and rest; tests that share a shape find it once."""
     scene = load_scene(f"fabric-acrylic-{fabric}-course-free")
     scene = scene.vary(COARSE | {"load.start": start, "pattern.loops": loops, "pattern.rows": rows})
     geometry = lay_out(scene)

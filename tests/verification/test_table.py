@@ -13,7 +13,7 @@ REMEDY = "run `make verify` and commit resources/verification.csv"
 @pytest.fixture(scope="module")
 def table(request):
     if request.config.getoption("--table"):
-        pytest.skip("the table is being made")
+        pytest.skip("`make verify` is writing the table: run this without --table")
     return pd.read_csv(TABLE)
 
 
@@ -26,7 +26,7 @@ def test_every_case_was_run(table, request):
     """Of the cases that were collected beside this test."""
     cases = {item.nodeid for item in request.session.items if "verify" in item.fixturenames}
     if not cases:
-        pytest.skip("no case was collected: takes all of tests/verification")
+        pytest.skip("compares the table with the cases beside it: run all of tests/verification")
     missing = cases - set(table["test"])
     assert not missing, f"{sorted(missing)} not in the table; {REMEDY}"
 

@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import sysconfig
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -101,10 +102,33 @@ class Checkout:
         return set(actual) - {"Study ci: complete"}
 
 
+def made_once(tmp_path_factory, name, make):
+    """Return what a function of a folder makes there: once for all processes that share the tests.
+
+    The first process makes it, and the others wait. It returns paths and results of processes: pickle would not find a
+    class of a conftest.
+    """
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        shared = shared.parent
+    folder, kept = shared / name, shared / f"{name}.pickle"
+    with (shared / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not kept.exists():
+            shutil.rmtree(folder, ignore_errors=True)  # of a process that failed half-way
+            folder.mkdir()
+            kept.write_bytes(pickle.dumps(make(folder)))
+    return pickle.loads(kept.read_bytes())
+
+
 @pytest.fixture(scope="session")
 def checkout_copy(tmp_path_factory):
     """Copy of the checkout without results, from which all others are made: an edit meanwhile changes none."""
-    folder = tmp_path_factory.mktemp("checkout")
+    return made_once(tmp_path_factory, "checkout", copy_checkout)
+
+
+def copy_checkout(folder):
+    """Copy the parts of the checkout that the workflow needs, and return the folder."""
     for part in PARTS:
         source, target = ROOT / part, folder / part
         if source.is_dir():
@@ -127,18 +151,68 @@ def finished(checkout_copy, tmp_path_factory):
 
     It is run once for all processes that share the tests; each gets a copy.
     """
-    shared = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:
-        shared = shared.parent
-    folder, kept = shared / "a checkout", shared / "ended.pickle"
-    with (shared / "finished.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        if not kept.exists():
-            kept.write_bytes(pickle.dumps(copied(checkout_copy, folder).study("ci")))
-    ended = pickle.loads(kept.read_bytes())
+
+    def run(folder):
+        checkout = copied(checkout_copy, folder / "a checkout")
+        return checkout.folder, checkout.study("ci")
+
+    folder, ended = made_once(tmp_path_factory, "finished", run)
     own = copied(folder, tmp_path_factory.mktemp("workflow") / "a checkout")
     ended.stdout = ended.stdout.replace(str(folder), str(own.folder))
     return own, ended
+
+
+@dataclass(frozen=True)
+class Environment:
+    """A virtual environment with the wheel of this checkout; all that the wheel needs is that of the tests."""
+
+    folder: Path
+
+    @property
+    def work(self):
+        """The folder in which commands run."""
+        return self.folder / "work"
+
+    def run(self, *arguments):
+        """Run a command of knitstudy, which has to succeed, and return what it prints."""
+        variables = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+        variables |= {"XDG_CACHE_HOME": str(self.folder / "cache")}
+        command = [self.folder / "environment" / "bin" / "python", "-m", "knitstudy", *arguments]
+        ended = subprocess.run(command, cwd=self.work, env=variables, capture_output=True, text=True)
+        assert ended.returncode == 0, ended.stderr
+        return ended.stdout + ended.stderr
+
+
+@pytest.fixture(scope="session")
+def installed(checkout_copy, tmp_path_factory):
+    """The wheel, installed in a fresh environment: built once for all processes that share the tests."""
+    return Environment(
+        made_once(tmp_path_factory, "installed", lambda folder: install(checkout_copy, folder))
+    )
+
+
+def install(checkout_copy, folder):
+    """Build the wheel of a committed copy of the checkout, install it in a new environment, and return the folder."""
+    source, wheels, environment = folder / "source", folder / "wheels", folder / "environment"
+    shutil.copytree(checkout_copy, source, symlinks=True)
+    for name in ("README.md", "LICENSE", "setup.py"):
+        shutil.copy2(ROOT / name, source)
+    committed = "-c user.name=a -c user.email=a@b.c commit --quiet --allow-empty --message a".split()
+    for command in (["init", "--quiet"], committed):
+        subprocess.run(["git", "-C", source, *command], check=True)
+    pip, offline = [sys.executable, "-m", "pip", "--quiet"], ["--no-deps", "--no-index"]
+    subprocess.run(
+        [*pip, "wheel", *offline, "--no-build-isolation", "--wheel-dir", wheels, source], check=True
+    )
+    shutil.rmtree(source)
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", environment], check=True)
+    (wheel,) = wheels.iterdir()
+    python = environment / "bin" / "python"
+    subprocess.run([*pip, "--python", python, "install", *offline, wheel], check=True)
+    (packages,) = environment.glob("lib/python*/site-packages")
+    (packages / "others.pth").write_text(sysconfig.get_path("purelib") + "\n")
+    (folder / "work").mkdir()
+    return folder
 
 
 @pytest.fixture

@@ -34,9 +34,12 @@ pytestmark = [
     pytest.mark.slow,
     pytest.mark.skipif(
         importlib.util.find_spec("snakemake_executor_plugin_slurm") is None,
-        reason="the executor is not installed: python -m pip install '.[slurm]'",
+        reason="runs on a cluster alone, with Snakemake's plugin: python -m pip install '.[slurm]'",
     ),
-    pytest.mark.skipif(not output_of("sinfo", "-h"), reason="there is no Slurm: `sinfo` finds no cluster"),
+    pytest.mark.skipif(
+        not output_of("sinfo", "-h"),
+        reason="runs on a cluster alone, and `sinfo` finds none: run this file on the head node of one",
+    ),
 ]
 
 

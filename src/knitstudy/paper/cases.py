@@ -230,5 +230,5 @@ def number_if_printed(paper: pd.DataFrame, table: str, case: str, quantity: str)
 
 
 def _printed(paper: pd.DataFrame, table: str, case: str, quantity: str) -> pd.DataFrame:
-    same = (paper["table"].astype(str) == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
-    return paper[same]
+    rows = paper[paper["quantity"] == quantity]
+    return rows[(rows["table"].astype(str) == table) & (rows["case"] == case)]

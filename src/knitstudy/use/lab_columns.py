@@ -281,7 +281,7 @@ def _recognised(table: pd.DataFrame, name: str, direction: str, path: Path) -> t
     if ratio and is_numeric_dtype(table[label]) and table[label].abs().max() <= LARGEST:
         log.warning("%s: %r has no unit and is taken as a ratio, not in %%", path, label)
         return label, "1"
-    raise DataFileError(f"{path}: {label!r} does not say its unit; {add}")
+    raise DataFileError(f"{path}: {label!r} has no unit; {add}")
 
 
 def _named_like(table: pd.DataFrame, name: str, direction: str) -> list[str]:

@@ -94,7 +94,7 @@ def read_lab_table(path: Path, skip_bad: bool = False, number: int | None = None
         names = ", ".join(found.names[:6]) + (", ..." if len(found.names) > 6 else "")
         raise DataFileError(
             f"{path}: line {bad[0]} ({' | '.join(lines[bad[0]])[:SHOWN]}) is not a row of the {len(found.names)} "
-            f"columns {names[: 2 * SHOWN]}: mend it, or add --skip-bad"
+            f"columns {names[: 2 * SHOWN]}: correct it, or add --skip-bad"
         )
     _log_unused(lines, found, bad, path)
     columns = list(zip(*rows.values(), strict=True)) or [()] * len(numeric)

@@ -392,7 +392,7 @@ def require_elements_across(size: float, fewest: float) -> None:
     if 2 / size < fewest * (1 - ROUNDING):
         raise MeshError(
             f"mesh.size is {size:g} yarn radii, {2 / size:.3g} elements across a yarn; gates.elements_across "
-            f"asks for {fewest:g}: use {np.floor(2000 / fewest) / 1000:g} or less, or ask for fewer"
+            f"requires {fewest:g}: use {np.floor(2000 / fewest) / 1000:g} or less, or lower it"
         )
 
 

@@ -445,7 +445,7 @@ def _known_ends(
         known.setdefault("diameter", np.full(3, float(diameter)))
     if _is_packed(known) and not all(0 < packing <= 1 for packing in known.get("packing", [0])):
         needs = "packing is missing or not above 0 and <= 1; an estimate of the diameter needs it"
-        raise ConfigurationError(f"{where}: {needs}: say it, or the diameter")
+        raise ConfigurationError(f"{where}: {needs}: set it, or the diameter")
     if min(known.get("extension", [1])) <= 0:
         raise ConfigurationError(f"{where}: extension is not above 0, as of a point of the yarn's curve")
     if halves := [s.fibre for s in strands if (s.pull is None) != (s.extension is None)]:

@@ -139,7 +139,7 @@ class Machine:
             names = some_of(f"{shown(word)} (line {line})" for word, line in unknown.items())
             log.warning("%s: extensions are left out: %s", self.path, names)
         if "carriers" not in self.headers:
-            log.warning("%s: has no header ;;Carriers:, which the format asks for", self.path)
+            log.warning("%s: has no header ;;Carriers:, which the format requires", self.path)
         return self
 
     @property

@@ -178,7 +178,7 @@ def config_option(command: Command) -> Command:
         default=CONFIG,
         callback=_configuration,
         show_default="the one of knitstudy",
-        help="A file or a folder of scenes of your own; with defaults.yaml, a configuration of its own.",
+        help="A file or a folder of your own scenes; a folder with defaults.yaml is a complete configuration.",
     )(command)
 
 

@@ -14,7 +14,7 @@ _OWN = {
     "list": ("knitstudy.run.commands.scenes:list_scenes", "List the scenes."),
     "check": ("knitstudy.run.commands.scenes:check", "Check a configuration; show all keys of a scene."),
     "plan": ("knitstudy.run.commands.scenes:plan", "Choose a model for a question, and show its price."),
-    "measure": ("knitstudy.run.commands.run:measure", "Measure what all models cost and miss on this knit."),
+    "measure": ("knitstudy.run.commands.run:measure", "Measure errors and prices of all models on a knit."),
     "run": ("knitstudy.run.commands.run:run", "Simulate a scene and all that it needs."),
     "study": ("knitstudy.run.commands.run:study", "Run a whole study, with its figures, tables and report."),
 }
@@ -100,7 +100,7 @@ def print_version(context: click.Context, option: click.Parameter, wanted: bool)
     help="Show the version of the code and end.",
 )
 def main(traceback: bool) -> None:
-    """How do knitted textiles carry load? One scene at a time.
+    """Simulate how knitted textiles carry load, one scene at a time.
 
     A scene is one simulation: a knit or two crossing yarns, the interaction of the yarns, the load, and the model.
     Files list scenes, as in config/scenes. All inputs and results are in SI units. In this order:

@@ -45,7 +45,7 @@ SAYING = (
 @click.option(
     "--force", "--anew", "force", is_flag=True, help="Simulate the scene even if its result is there."
 )
-@click.option("-v", "--verbose", is_flag=True, help="Also print what the solver says.")
+@click.option("-v", "--verbose", is_flag=True, help="Also print messages of the solver.")
 @console.config_option
 def run(
     scene: str,
@@ -56,12 +56,13 @@ def run(
     verbose: bool,
     config: Path,
 ) -> None:
-    """Simulate a scene, and before it the direct simulations that its joints and springs come from.
+    """Simulate a scene, and first the simulations of solids that give its joints and springs.
 
-    Each stage (geometry, mesh, simulation, contacts) writes a file below the output folder, and the file is used again
-    while its inputs and the code are the same. A run that was ended goes on from its last increment: type the same
-    command again. A scene with changed keys gets a name of its own, and never replaces the scene that it was made
-    from. Changed keys of the geometry reach the simulations that a reduced model needs; other keys do not.
+    Each stage (geometry, mesh, simulation, contacts) writes a file below the output folder, and the file
+    is used again while its inputs and the code are the same. An interrupted run goes on from its last
+    increment: repeat the command. A scene with changed keys gets a name of its own, and never replaces
+    the scene that it was made from. Changed keys of the geometry reach the simulations that a reduced
+    model needs; other keys do not.
 
     \b
     knitstudy run cell-course
@@ -69,7 +70,7 @@ def run(
     knitstudy run yarns-tie-course --set pattern.loops=2 --set pattern.rows=2 --output small
     knitstudy run pair-slid-90 --set name=pair-smooth --set contact.friction=0.1
     knitstudy run my.yaml                        the scene of a file
-    knitstudy run RESULT.nc --force              what a result file holds, again, from that file alone
+    knitstudy run RESULT.nc --force              simulate the scene of a result file again
 
     A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
 

@@ -247,12 +247,13 @@ def _described(scene: Scene, key: str, given: Value | None, who: str) -> Descrip
 @console.config_option
 def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float | None) -> None:
     """Print the cheapest model that answers a question about a scene accurately enough, the error that is
-    promised, and the price. Cells of the endless fabric say, in some seconds, which inputs the force changes with most.
+    promised, and the price. Small cells of the endless fabric then run for some seconds and show which
+    inputs change the force most.
 
     Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box nothing
     is promised: `knitstudy measure SCENE` measures them on this knit.
 
-    A scene can ask by itself, with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
+    A scene can leave its model open with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
     chosen model:
 
     \b
@@ -262,7 +263,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
     ask.seconds: 30                # optional
     ask.memory: 500                # MB, optional
 
-    The options ask about any other scene, whatever model it names; without them the question is force within 5 %:
+    The options apply to any other scene, whatever model it names; without them the question is force within 5 %:
 
     \b
     knitstudy plan cell-course

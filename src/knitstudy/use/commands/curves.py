@@ -138,9 +138,10 @@ def compare(result: Path, measured: Path, **named: Any) -> None:
     MEASURED.columns.yaml. Of several curves the command takes the curve of the result's direction; --only chooses among
     others. Of cycles the first loading is compared, of both; --cycle and --branch choose another.
 
-    A curve begins at its first point: a preload, the position of the crosshead there and the offset of a load cell are
-    taken off, and a line says so. A file whose first row comes one step after its own zero keeps this zero. A first
-    force of more than a tenth of the others is refused until --zero is given. --zero toe takes off a toe of slack.
+    A curve begins at its first point: a preload, the position of the crosshead there and the offset of a
+    load cell are taken off, and a line reports it. A file whose first row comes one step after its own
+    zero keeps this zero. A first force of more than a tenth of the others is refused until --zero is
+    given. --zero toe takes off a toe of slack.
 
     \b
     knitstudy compare runs/simulation/jersey.nc lab.csv
@@ -233,7 +234,7 @@ def fit(
 
     A scene that leaves its model open (fidelity: auto) takes the cheapest one that is accurate enough. Points are
     used up to the strain that all simulations reach. Table and picture are written to the folder fit of the results;
-    the last line is what to add to `knitstudy run`.
+    the last line printed has the options for `knitstudy run`.
     """
     from knitstudy.knit.loading.run import Progress
     from knitstudy.run.simulations import simulate

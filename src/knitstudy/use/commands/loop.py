@@ -56,7 +56,7 @@ def loop(
 ) -> None:
     """Draw a loop, optimise it, and print its gaps, curvature, length and angles. Nothing is simulated.
 
-    The loop is that of a scene, by default the first one of a knit, with the keys that the options stand for. Where
+    The loop is that of a scene, by default the first one of a knit, with the keys that the options set. Where
     no loop fits, one message names the limit that it violates, and spacings or a length that fit. Units are
     SI. Loops fit from wale spacings of about four diameters and course spacings of two on (resources/loops.csv).
 
@@ -67,10 +67,11 @@ def loop(
     knitstudy loop yarns-tie-course              the loop of a scene
 
     A file of points has x, y, z of one loop from a sinker's centre to the next one's, its last row: in m, or in mm with
-    the columns "x (mm), y (mm), z (mm)". Where it stands, and from which side it is seen, does not matter. It is made
+    the columns "x (mm), y (mm), z (mm)". Its position and the side from which it is seen do not matter. It is made
     symmetric, and the largest distance that a point moves is printed.
 
-    The last line is what to add to `knitstudy run` and `knitstudy check`; the keys may stand in families of scenes.
+    The last line printed has the options for `knitstudy run` and `knitstudy check`; families of scenes
+    may have these keys too.
     """
     # The geometry is imported here: the other commands and --help do not need it.
     from knitstudy.knit.geometry.lay_out import lay_out
@@ -124,9 +125,9 @@ def _ends(context: click.Context, option: click.Parameter, text: str | None) -> 
 def stitches(file: Path, rows: tuple[int, int] | None, needles: tuple[int, int] | None) -> None:
     """Read the repeat of a file for a knitting machine (knitout), and print its keys for a scene.
 
-    The largest part of the file that repeats itself is read. The output says which rows and needles these are, and what
-    is left out. Every loop of the part must be drawn through the loops that the letters say; or the message names the
-    line.
+    The largest part of the file that repeats itself is read. The output says which rows and needles these
+    are, and what is left out. If a loop is not drawn through the loops that the letters require, an error
+    names the line.
 
     \b
     knitstudy stitches my-knit.k

@@ -21,21 +21,22 @@ SHARES = (0.1, 0.25, 0.5, 0.75, 1.0)  # of the largest force, at which strains a
 @click.command()
 @click.argument("results", type=THERE, nargs=-1, required=True)
 @click.option("-o", "--output", type=NC, default="membrane.nc", show_default=True, help="File of the law.")
-@click.option("--error", type=SIZE, default=0.01, show_default=True, help="Error of the law that is wanted.")
+@click.option("--error", type=SIZE, default=0.01, show_default=True, help="Target error of the law.")
 def membrane(results: tuple[Path, ...], output: Path, error: float) -> None:
     """Fit the energy of a membrane to RESULTS, histories of cells of one fabric (.nc) on several load paths.
 
-    The law is a sum of exponentials of Green's strains, convex by its form; a linear one is fitted beside
-    it, for Abaqus and CalculiX. Paths in course, wale and shear are needed, one that strains both is wise.
-    Printed are the forces of both beside those of the cells. Where the linear one misses a path by more
-    than a factor of 2, it is a secant, which holds at its strains alone; where that does, there is no deck.
+    The law is a sum of exponentials of Green's strains, convex by its form; a linear law for Abaqus and
+    CalculiX is fitted as well. Paths in course, wale and shear are required, a biaxial one is
+    recommended. The command prints the forces of both laws beside those of the cells. If the linear law
+    misses a path by more than a factor of 2, a secant takes its place, which holds only at its strains;
+    if the secant misses as well, no deck is written.
 
     \b
     knitstudy run cell-course; knitstudy run cell-wale; knitstudy run cell-biaxial; knitstudy run cell-shear
     knitstudy membrane runs/simulation/cell-{course,wale,biaxial,shear}.nc -o jersey.nc
     knitstudy strip jersey.nc --length 0.0691 --width 0.0666 --strain 0.04
 
-    Written are the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
+    The command writes the law (.nc), its coefficients with 95 % intervals (.csv) and both decks (.inp).
     """
     from knitstudy.use import fabric_law
     from knitstudy.use.decks.fabric import LAWS, write_membrane

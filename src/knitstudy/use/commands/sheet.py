@@ -13,7 +13,7 @@ from knitstudy.run.commands.console import SIZE, changed_scene, config_option, s
 
 @click.command()
 @scene_argument()
-@click.option("--tex", type=SIZE, help="Linear density of the yarn [g/km], if no yarn says it.")
+@click.option("--tex", type=SIZE, help="Linear density of the yarn [g/km], if the yarn has none.")
 @click.option(
     "--density", type=SIZE, help="Density of the yarn with the air in it [kg/m3], instead of its tex."
 )

@@ -61,7 +61,7 @@ DIALECTS = {
     "--colour",
     default="u_z",
     show_default=True,
-    help="Colour of these: u_z, slip or force; of solids with outputs [fields] stress or pressure.",
+    help="Colour of the picture: u_z, slip or force; of solids with outputs [fields] stress or pressure.",
 )
 @console.config_option
 def show(

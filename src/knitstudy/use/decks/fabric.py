@@ -95,8 +95,8 @@ def _write_section(matrix: np.ndarray, path: Path | str, title: str, remark: str
     least = float(np.linalg.eigvalsh(matrix / np.outer(size, size))[0]) if np.all(size > 0) else 0.0
     if not least > ROUNDING:
         raise DataFileError(
-            f"{title}: the section has no stiffness in one way of stretching and bending (least eigenvalue {least:.2g} "
-            "of the matrix whose diagonal is 1), and no program can solve it"
+            f"{title}: the section has no stiffness in one mode of stretching and bending (least eigenvalue "
+            f"{least:.2g} of the matrix whose diagonal is 1), and no program can solve it"
         )
     data = lines((NUMBER % value for value in shell_entries(matrix)), 8).rstrip()
     values = {"name": title, "version": code_version(), "square": SQUARE.format(element="S4R")}

@@ -153,7 +153,7 @@ def keywords(deck: Deck, dialect: str) -> dict[str, Keywords]:
     for key, value in values.items():
         if (key, value) not in TABLE:
             known = ", ".join(other for name, other in TABLE if name == key)
-            raise ConfigurationError(f"{key} is {value!r}, which a deck cannot say; allowed are {known}")
+            raise ConfigurationError(f"{key} is {value!r}, which a deck cannot express; allowed are {known}")
     numbers = _template_numbers(deck)
     return {key: TABLE[key, value][dialect].filled(numbers) for key, value in values.items()}
 

@@ -65,7 +65,7 @@ def hidden_wave(known: Mapping[str, Any]) -> str:
         return ""
     loops, rows = known["lowest_wave"]
     return (
-        f"the shape at rest gives way in waves of {loops} loops and {rows} rows, which its cell is too short for: "
+        f"the shape at rest is unstable in waves of {loops} loops and {rows} rows, which its cell is too short for: "
         f"with pattern.loops {loops} and pattern.rows {rows} the fabric finds another shape"
     )
 

@@ -170,7 +170,7 @@ class RelaxingCell:
         """
         counts = 2 * self._farthest(state) + 1
         if self.model.size * counts.prod() > MOST_UNKNOWNS:
-            log.info("a cell of %d unknowns is too large to ask it for waves over several", self.model.size)
+            log.info("a cell of %d unknowns is too large to check it for waves over several", self.model.size)
             return None
         larger, tiled = self.tiled(state, counts)
         tiling = Tiling.of(self.rows.stations.yarn, counts)

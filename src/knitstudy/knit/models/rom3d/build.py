@@ -70,6 +70,6 @@ def _averaged(measured: Springs, contacts: xr.Dataset) -> tuple[float, ...]:
         raise ConfigurationError(
             f"the averaged spring of {scene} along {'xyz'[axis]} is {averaged[axis]:.4g} N/m "
             f"({measured.negative[axis]} of {measured.used[axis]} crossings have a negative secant) but must be "
-            "positive; rom.axes local, rom.normal normal_resultant or rom.springs_from another scene may do"
+            "positive; rom.axes local, rom.normal normal_resultant or rom.springs_from another scene may help"
         )
     return tuple(averaged)
