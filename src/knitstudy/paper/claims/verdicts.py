@@ -23,7 +23,8 @@ from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
 from knitstudy.paper.columns import FORCE, U_Z
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
 
-READING, INPUT = "reading", "input"  # Kinds of readings
+# Kinds of readings: of one choice, of one input, and of everything as the paper prints it
+READING, INPUT, PRINTED = "reading", "input", "as printed"
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 
 
@@ -61,12 +62,17 @@ class Reading:
             return None
         if self.kind == INPUT:
             instead = _of_other_inputs(instead)
+        if self.kind == PRINTED:
+            instead = {name: new for name, new in instead.items() if new != name}
         rows = {name: base.rows[new].named(name) for name, new in instead.items() if new in base.rows}
         knits = {base.rows[instead[name]].scene.knit for name in DIRECT if name in rows}
         geometry = _geometry_of(knits, base)
         if geometry is None:
             return None
-        return replace(base, rows=rows, geometry=geometry, base=base, **own).named()
+        printed = self.kind == PRINTED
+        return replace(
+            base, rows=rows, geometry=geometry, base=None if printed else base, as_printed=printed, **own
+        ).named()
 
 
 def _of_other_inputs(instead: Mapping[str, str]) -> dict[str, str]:
@@ -207,7 +213,36 @@ def conclude(
     row |= {"uncertainty": "", "readings": "", "depends on": ""}
     if row["verdict"] in DECIDED:
         row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
-    return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], under[1:])
+    row |= _as_printed(claim, row["verdict"], findings, under)
+    readings = [each for each in under[1:] if each.reading.kind != PRINTED]
+    return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], readings)
+
+
+PAIRS = {
+    (True, True): "holds in both",
+    (True, False): "holds as printed alone: an artefact of its mesh, penalty or joints",
+    (False, True): "holds resolved alone: missed by the paper's own model",
+    (False, False): "holds in neither",
+}
+"""What both verdicts on a claim say together, by whether it holds as printed and resolved."""
+
+
+def _as_printed(
+    claim: str, resolved: str, findings: pd.DataFrame, under: Sequence[Finding]
+) -> dict[str, str]:
+    """Return the verdict on a claim as printed, its first value, and what both verdicts say together."""
+    printed = next((each for each in under if each.reading.kind == PRINTED), None)
+    if printed is None:
+        return {"as printed": NOT_RUN, "ours as printed": "", "both": ""}
+    verdict = printed.verdicts[claim]
+    of_claim = (findings["reading"] == printed.reading.name) & (findings["claim"] == claim)
+    measured = "".join(findings.loc[of_claim, "measured"].fillna(""))
+    ours = next((ours for _, ours, _, _ in cells_of(measured)), "")
+    if {verdict, resolved} <= DECIDED:
+        both = PAIRS[verdict == REPRODUCED, resolved == REPRODUCED]
+    else:
+        both = ""
+    return {"as printed": verdict, "ours as printed": ours, "both": both}
 
 
 def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> dict[str, str]:

@@ -14,7 +14,8 @@ from knitstudy.run.catalogue import TABLES
 
 COLUMNS = [
     *("id", "where", "short", "claim", "verdict", "counts", "dated", "holds if", "margin", "readings"),
-    *("quantity", "paper", "ours"),
+    *("as printed", "both"),
+    *("quantity", "paper", "ours", "ours as printed"),
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
     *("depends on", "note", "explanation", "see"),
 ]
@@ -58,7 +59,10 @@ def tabulate_readings(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd
     Claims that are true by construction have verdicts, and are not counted.
     """
     counting = [*claims.loc[claims["counts"] == found.COUNTS, "id"]]
-    known = [each for each in found.under_readings(findings, readings) if each.known]
+    one_choice = [
+        each for each in found.under_readings(findings, readings) if each.reading.kind != found.PRINTED
+    ]
+    known = [each for each in one_choice if each.known]
     held = [{claim for claim in counting if each.verdicts[claim] == REPRODUCED} for each in known]
     return pd.DataFrame(
         {
