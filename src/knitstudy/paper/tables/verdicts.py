@@ -46,7 +46,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
     rules = zip(claims["id"], claims["uncertainty"], strict=True)
-    concluded = [found.conclude(claim, uncertainty, findings, under) for claim, uncertainty in rules]
+    printed = found.as_printed(findings, readings)
+    concluded = [found.conclude(claim, uncertainty, findings, under, printed) for claim, uncertainty in rules]
     columns = pd.DataFrame(concluded, index=claims.index).to_dict("series")
     table = claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)
     return table[[*COLUMNS, *(name for name in table if name not in COLUMNS)]]
@@ -59,10 +60,7 @@ def tabulate_readings(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd
     Claims that are true by construction have verdicts, and are not counted.
     """
     counting = [*claims.loc[claims["counts"] == found.COUNTS, "id"]]
-    one_choice = [
-        each for each in found.under_readings(findings, readings) if each.reading.kind != found.PRINTED
-    ]
-    known = [each for each in one_choice if each.known]
+    known = [each for each in found.under_readings(findings, readings) if each.known]
     held = [{claim for claim in counting if each.verdicts[claim] == REPRODUCED} for each in known]
     return pd.DataFrame(
         {
