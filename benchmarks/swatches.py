@@ -1,7 +1,7 @@
 """Relaxed sizes of 28 swatches of knits and purls from one yarn, beside the twelve whose measured sizes are here.
 
 ``python benchmarks/swatches.py`` (`make swatches`) keeps them in resources/swatches.csv and prints how good they are
-(docs/notes/swatches.md). Shapes that have been found are in results/swatches.csv: a run that was stopped goes on.
+(docs/notes/swatches.md). Shapes that have been found are in results/swatches: a run that was stopped goes on.
 
 Nothing is set by swatch but its stitches. `Rule` was found on stockinette and garter alone; how much more yarn rows
 have that go from knits to purls follows from the masses of the open swatches.
