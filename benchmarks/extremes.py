@@ -12,7 +12,6 @@ from __future__ import annotations
 import argparse
 import contextlib
 import io
-import json
 import logging
 import multiprocessing
 import re
@@ -36,14 +35,14 @@ from history_checks import faults, hourglass_share_when_loaded, is_unloaded, unb
 from keep import NOTES, save_picture
 from matplotlib.figure import Figure
 from pydantic import Field
+from records import counted, record
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
-from knitstudy.files import write_text
 from knitstudy.interruption import end_with_parent
 from knitstudy.knit.scene.documents import RESOURCES, read_yaml
 from knitstudy.knit.scene.keys import Section, declared, validated
 from knitstudy.knit.scene.kinds import all_keys
-from knitstudy.knit.scene.scene import Scene, digest
+from knitstudy.knit.scene.scene import Scene
 from knitstudy.measures.response import energy_gaps, penetration
 from knitstudy.registry import find, unknown_choice
 from knitstudy.run.behaviour import group_of
@@ -139,11 +138,11 @@ class Trial:
                 scene = change(scene, self.changes[name])
         return scene
 
-    def digest(self) -> str:
-        """Return the digest of its row: of the base, what is changed of it, limits of time, and the code."""
+    def depends_on(self) -> dict[str, Any]:
+        """Return what its row depends on: the base, what is changed of it, limits of time, and the code."""
         code = code_digest("measures", *MODEL)
         reads = {"base": self.base.hash, "changes": dict(self.changes), "limits": [self.limit, self.cheap]}
-        return digest(reads | {"code": code})
+        return reads | {"code": code}
 
 
 def load_trials(config: Path = CONFIG) -> list[Trial]:
@@ -349,14 +348,9 @@ def plan_of_all() -> Plan:
     return Plan.of(CONFIG)
 
 
-def row_of(trial: Trial, digest: str) -> dict[str, Any]:
-    """Return the row of a trial from its file, or by running it where the file is of other code or keys."""
-    path = ROWS / f"{trial.label}.json"
-    if path.is_file() and (row := json.loads(path.read_text(encoding="utf-8")))["digest"] == digest:
-        return row
-    row = run(trial, plan_of_all(), SCRATCH) | {"digest": digest}
-    write_text(json.dumps(row), path)
-    return row
+def row_of(trial: Trial) -> dict[str, Any]:
+    """Return the row of a trial from its record, or by running it."""
+    return record(ROWS, trial.label, trial.depends_on(), lambda: run(trial, plan_of_all(), SCRATCH))
 
 
 def cause(row: Mapping[str, Any]) -> str:
@@ -419,13 +413,10 @@ def main() -> None:
     trials = load_trials()
     plan_of_all()
     with ProcessPoolExecutor(mp_context=multiprocessing.get_context("fork")) as pool:
-        jobs = [pool.submit(row_of, trial, trial.digest()) for trial in trials]
-        rows = []
-        for number, job in enumerate(jobs, 1):
-            rows.append(job.result())
-            print(f"{number} of {len(jobs)}: {rows[-1]['trial']}: {rows[-1]['outcome']}", flush=True)
+        jobs = [pool.submit(row_of, trial) for trial in trials]
+        rows = [job.result() for job in counted(jobs, "trials")]
     groups = pd.Series([group_of(trial.base) for trial in trials])
-    table = keep_table(pd.DataFrame(rows).drop(columns="digest"), KEPT, "make extremes", groups)
+    table = keep_table(pd.DataFrame(rows), KEPT, "make extremes", groups)
     save_picture(draw(table), NOTES / f"{KEPT.stem}.webp", {KEPT.stem: table}, "What breaks")
 
 

@@ -1,7 +1,7 @@
 """Relaxed sizes of 28 swatches of knits and purls from one yarn, beside the twelve whose measured sizes are here.
 
 ``python benchmarks/swatches.py`` (`make swatches`) keeps them in resources/swatches.csv and prints how good they are
-(docs/notes/swatches.md). Shapes that have been found are in results/swatches.csv: a run that was stopped goes on.
+(docs/notes/swatches.md). Shapes that have been found are in results/swatches: a run that was stopped goes on.
 
 Nothing is set by swatch but its stitches. `Rule` was found on stockinette and garter alone; how much more yarn rows
 have that go from knits to purls follows from the masses of the open swatches.
@@ -13,16 +13,19 @@ import argparse
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from records import Record, counted, record
 from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
-from knitstudy.datasets import read_table, write_table
+from knitstudy.datasets import read_table
 from knitstudy.errors import ConvergenceError
+from knitstudy.files import safe_name
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_dataset
 from knitstudy.knit.geometry.loop import LoopTarget
@@ -38,7 +41,7 @@ from knitstudy.run.configuration import load_scene
 
 MEASURED = RESOURCES / "measured" / "knitdb.csv"
 KEPT = RESOURCES / "swatches.csv"
-SHAPES = Path("results/swatches.csv")
+SHAPES = Path("results/swatches")
 SCENE = "fabric-acrylic-stockinette-course-free"  # worsted acrylic, whose laws are scaled to a finer yarn
 GRAVITY = 9.81  # m/s2
 WORSTED, TEX = 500.0, 2 * 1000 / 30  # tex; 2/30 is taken as two plies of Nm 30
@@ -203,33 +206,33 @@ def read_measured() -> pd.DataFrame:
 
 
 def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
-    """Return the shapes at rest of all repeats, the smallest first; those in `SHAPES` are found already."""
+    """Return the shapes at rest of all repeats, the smallest first."""
     more = more_yarn(measured.dropna())
-    physics = behaviour([ENDLESS_BEAMS])
-    found = read_table(SHAPES).to_dict("records") if SHAPES.is_file() else []
-    found = [
-        row for row in found if (row["rule"], row["physics"]) == (str(STARTS.get(row["start"])), physics)
-    ]
-    there = {(row["repeat"], row["start"]) for row in found}
     repeats = sorted(set(measured["repeat"]), key=lambda rows: (len(rows) * len(rows[0]), rows))
-    for start, repeat in product(STARTS, repeats):
-        text = " ".join(repeat)
-        size = len(repeat) * len(repeat[0])
-        if (text, start) in there or (start != "rule" and size > MOST):
-            continue
-        begun = time.perf_counter()
-        try:
-            rest = rest_of(repeat, STARTS[start], more)
-            fault = ""
-        except ConvergenceError as error:
-            rest = dict.fromkeys([*SIZES, "depth"], np.nan)
-            fault = str(error)
-        seconds = round(time.perf_counter() - begun, 1)
-        made_by = {"start": start, "rule": str(STARTS[start]), "physics": physics}
-        found.append({"repeat": text, **made_by, **rest, "seconds": seconds, "fault": fault})
-        print(f"{text}, {start}: {rest} in {seconds} s {fault}", flush=True)
-        write_table(pd.DataFrame(found), SHAPES)
+    asked = [
+        (start, repeat)
+        for start, repeat in product(STARTS, repeats)
+        if start == "rule" or len(repeat) * len(repeat[0]) <= MOST
+    ]
+    found = []
+    for start, repeat in counted(asked, "shapes"):
+        made_by = [behaviour([ENDLESS_BEAMS]), list(repeat), str(STARTS[start]), more]
+        name = safe_name("-".join([start, *repeat]))
+        found.append(record(SHAPES, name, made_by, partial(_shape, start, repeat, more)))
     return pd.DataFrame(found)
+
+
+def _shape(start: str, repeat: Sequence[str], more: float) -> Record:
+    """Return the shape at rest of a repeat, or the fault that ended its path."""
+    begun = time.perf_counter()
+    fault = ""
+    try:
+        rest = rest_of(repeat, STARTS[start], more)
+    except ConvergenceError as error:
+        rest = dict.fromkeys([*SIZES, "depth"], np.nan)
+        fault = str(error)
+    seconds = round(time.perf_counter() - begun, 1)
+    return {"repeat": " ".join(repeat), "start": start, **rest, "seconds": seconds, "fault": fault}
 
 
 def predict(measured: pd.DataFrame, shapes: pd.DataFrame) -> pd.DataFrame:

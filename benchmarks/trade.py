@@ -11,12 +11,12 @@ end. Knits beyond those that config/trade.yaml asks for judge promises (``benchm
 from __future__ import annotations
 
 import argparse
-import json
 import os
 import shutil
 import sys
 from collections.abc import Collection, Mapping
 from dataclasses import asdict
+from functools import partial
 from itertools import islice
 from math import isinf
 from pathlib import Path
@@ -24,13 +24,12 @@ from pathlib import Path
 import pandas as pd
 from keep import NOTES, save_picture
 from matplotlib.figure import Figure
+from records import Record, counted, record
 from sample_points import drawn, points_of
 
 from knitstudy.datasets import read_table, write_table
 from knitstudy.errors import ConfigurationError, GeometryError, KnitstudyError, message_of
-from knitstudy.files import write_text
 from knitstudy.knit.geometry.lay_out import lay_out
-from knitstudy.knit.scene.scene import digest
 from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import PhysicalProblem
@@ -75,10 +74,10 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
     return FOUND
 
 
-def made_by(problem: PhysicalProblem, setting: str) -> str:
-    """Return the digest of the behaviour of the models, and of all keys, behind a run."""
+def made_by(problem: PhysicalProblem, setting: str) -> list[str]:
+    """Return the behaviour of the models, and the hash of all keys, behind a run."""
     group = problem.trade.group_of(problem.case, setting)
-    return digest([behaviour([group]), problem.scene.vary(problem.settings[setting]).hash])
+    return [behaviour([group]), problem.scene.vary(problem.settings[setting]).hash]
 
 
 def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()) -> pd.DataFrame:
@@ -97,7 +96,7 @@ def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()
         )
     problems = {}
     records = {}
-    for number in range(first):
+    for number in counted(range(first), "knits"):
         before = read_table(listed).to_dict("records") if listed.is_file() else ()
         known = {Inputs.of_row(row): row["outcome"] for row in before}
         points = sampled(trade, number + 1, known)
@@ -105,7 +104,6 @@ def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()
             write_table(points, listed)
         knit = f"knit{number + 1:03}"
         point = Inputs.of_row(points.iloc[-1])
-        fresh = False
         for case in (each for each in cases if trade.settings_of(each, number)):
             inputs = drawn(trade, case, point, bool(points.iloc[-1]["slips"]))
             name = f"{knit}-{case}"
@@ -114,20 +112,25 @@ def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()
             for setting in trade.settings_of(case, number):
                 if setting not in problem.settings:
                     continue
-                made = made_by(problem, setting)
-                path = folder / f"{name}-{setting}-{made}.json"
-                if not path.is_file():
-                    shutil.rmtree(SCRATCH / "restart", ignore_errors=True)  # a run that goes on has no price
-                    record = run(problem, setting, SCRATCH)
-                    write_text(json.dumps(record), path)
-                    print(f"{name} {setting}: {record['reason'] or 'ended'}, {record['seconds']:.3g} s")
-                    fresh = True
-                records[knit, case].append(json.loads(path.read_text(encoding="utf-8")))
+                measured = record(
+                    folder,
+                    f"{name}-{setting}",
+                    made_by(problem, setting),
+                    partial(_measured, problem, setting),
+                )
+                records[knit, case].append(measured)
         shutil.rmtree(SCRATCH, ignore_errors=True)
-        if fresh or number + 1 == first:
-            found = collect(trade, problems, records)
-            write_table(found, folder / "trade.csv")
+    found = collect(trade, problems, records)
+    write_table(found, folder / "trade.csv")
     return found
+
+
+def _measured(problem: PhysicalProblem, setting: str) -> Record:
+    """Return the record of a run from its beginning, since one that goes on has no price."""
+    shutil.rmtree(SCRATCH / "restart", ignore_errors=True)
+    measured = run(problem, setting, SCRATCH)
+    print(f"{problem.scene.name} {setting}: {measured['reason'] or 'ended'}, {measured['seconds']:.3g} s")
+    return measured
 
 
 def bounds(table: pd.DataFrame, trade: Trade) -> pd.DataFrame:

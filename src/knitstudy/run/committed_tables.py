@@ -88,8 +88,8 @@ def keep_table(
         Significant digits of the numbers in the file, by default all.
     """
     known = runs_of(path)
-    number = max(known.index, default=0)
     table = table.assign(**{RUN: table[RUN] if RUN in table else pd.NA}).astype({RUN: "Int64"})
+    number = max(table[RUN].dropna(), default=0)
     new = table[RUN].isna()
     entries = []
     of_rows = (
@@ -101,8 +101,8 @@ def keep_table(
             number += 1
             table.loc[rows, RUN] = number
             entries.append(_entry(path, number, of, command))
-    runs = pd.concat([known.reset_index(), pd.DataFrame(entries, columns=list(COLUMNS))])
-    runs = runs[runs[RUN].isin(table[RUN])]
+    still = known[known.index.isin(table.loc[~new, RUN])]
+    runs = pd.concat([still.reset_index(), pd.DataFrame(entries, columns=list(COLUMNS))])
     everything = _all_runs(runs_file(path))
     others = everything[everything["table"] != _name(path)]
     write_table(pd.concat([others, runs])[list(COLUMNS)].sort_values(["table", RUN]), runs_file(path))
