@@ -20,8 +20,10 @@ from knitstudy.paper.claims import CLAIMS
 from knitstudy.paper.claims.evidence import evidence_of
 from knitstudy.paper.claims.verdicts import (
     INPUT,
+    PRINTED,
     READING,
     Reading,
+    as_printed,
     conclude,
     counted,
     findings,
@@ -94,7 +96,7 @@ def test_readings_and_scenes_of_the_study_agree():
     """Scenes of varied inputs and of other specimens all judge claims, each in place of one of the base."""
     scenes = load_scenes()
     readings = readings_of(read_table(RESOURCES / "readings.csv"))[1:]
-    assert {each.kind for each in readings} == {READING, INPUT}
+    assert {each.kind for each in readings} == {READING, INPUT, PRINTED}
     judging = {each.name: {each.scene_of(name) for name in scenes} & scenes.keys() for each in readings}
     meant = {name for name in scenes if name.startswith(("inputs-", "reading-"))}
     assert not meant - set.union(*judging.values())
@@ -178,8 +180,8 @@ def test_claims_are_counted_by_the_day_of_their_rules():
     assert counted(verdicts, rules) == (
         "Of 5 claims of the paper, 3 can be decided, and 2 of these are reproduced: 1 by rules fixed before their "
         "numbers, 0 by rules fixed for an older base of the study, 1 by rules dated after their numbers. The older "
-        "rules reproduce 2: later rules raised 1 others to reproduced and took 1 back, and 0 had none. True by "
-        "construction, and not counted: D. No verdict yet (run `make verdicts`): E."
+        "rules reproduce 2: later rules raised 1 others to reproduced and took 1 back, and 0 had none. Not counted, "
+        "since they are true by construction or no claim of the paper: D. No verdict yet (run `make verdicts`): E."
     )
 
 
@@ -241,3 +243,37 @@ def test_a_claim_and_a_table_are_one_file(sources, plugin):
     works = TABLES.make("works", every=sources["histories"], scenes=sources["scenes"])
     assert list(works.columns) == ["scene", "force [N]", "work [J]"]
     assert len(works) == len(sources["histories"])
+
+
+@pytest.mark.parametrize(
+    ("factor", "verdict", "both"),
+    [
+        (1.0, "reproduced", "holds in both"),
+        (0.8, "contradicted", "holds resolved alone: missed by the paper's own model"),
+    ],
+)
+def test_claims_have_a_verdict_as_printed_beside_the_resolved_one(sources, factor, verdict, both):
+    """Rough contact with 0.8 of its force carries less than friction; histories of its own are its reference."""
+    printed = Reading("own", PRINTED, "everything", "as printed", "resolved", "", "^", "reading-whole-")
+    own = {
+        f"reading-whole-{name}": scene
+        for name, scene in sources["scenes"].items()
+        if name.startswith("yarns-")
+    }
+    of_base = {name: name.removeprefix("reading-whole-") for name in own}
+    more = {
+        "scenes": sources["scenes"] | {name: scene.labelled({"name": name}) for name, scene in own.items()},
+        "histories": sources["histories"]
+        | {name: sources["histories"][base] for name, base in of_base.items()},
+        "contacts": sources["contacts"] | {name: sources["contacts"][base] for name, base in of_base.items()},
+    }
+    readings = pd.concat([table(), pd.DataFrame([vars(printed)])])
+    rough = {"reading-whole-yarns-rough-course": (factor, 1.0)}
+    found, under = found_with(sources | more, rough, readings)
+    concluded = conclude("K5", "", found, [*under.values()], as_printed(found, readings))
+    assert "own" not in under
+    assert (concluded["verdict"], concluded["as printed"]) == ("reproduced", verdict)
+    assert concluded["both"] == both
+    assert "as printed" not in concluded["depends on"]
+    without = conclude("K5", "", found, [*under.values()])
+    assert (without["as printed"], without["both"]) == ("not yet run", "")

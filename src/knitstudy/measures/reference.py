@@ -141,6 +141,17 @@ def transferred_uncertainty(known: Reference, base: xr.Dataset, history: xr.Data
     return Reference(estimates)
 
 
+def reference_by(history: xr.Dataset) -> Reference:
+    """Return force and motion of a history as the reference of others, without uncertainty, at all its strains."""
+    estimates = {}
+    for quantity in TRANSFERRED:
+        _, values = response.QUANTITIES[quantity]
+        strains = history["strain"].to_numpy()[1:]
+        for strain, value in zip(strains, values(history, history)[1:], strict=True):
+            estimates[quantity, float(strain)] = Estimate(float(value), 0.0)
+    return Reference(estimates)
+
+
 # Assumed order of convergence of forces in the element size. Quadratic elements do better on smooth problems,
 # but the edges of ties and contacts lie inside elements, where stresses have kinks: that leaves second order
 # to all elements.

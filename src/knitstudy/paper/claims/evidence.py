@@ -17,7 +17,13 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.measures.reference import Reference, made_of, reference_of, transferred_uncertainty
+from knitstudy.measures.reference import (
+    Reference,
+    made_of,
+    reference_by,
+    reference_of,
+    transferred_uncertainty,
+)
 from knitstudy.paper.cases import MODELS, Case, cases_of, number
 from knitstudy.paper.claims import CLAIMS, NOT_RUN, REPRODUCED, UNDECIDABLE, NotRun, Remark, Row, worst
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
@@ -67,6 +73,8 @@ class Evidence:
     # ``resources/reference/mechanisms.csv``: networks of beams in which one thing at a time is changed
     mechanisms: pd.DataFrame | None = None
     base: Evidence | None = None  # evidence of the base, which has the reference; None for the base
+    # Whether it is of the paper's own discretisation, whose direct simulations are all that models are compared with
+    as_printed: bool = False
 
     def named(self) -> Evidence:
         """Return the evidence with `direct` by the names of `SOLIDS`, and `again` by the names of `AGAIN`."""
@@ -128,6 +136,8 @@ class Evidence:
         Where it knows the base alone, the scene's own history stands for it, as uncertain as its discretisation is at
         the base.
         """
+        if self.as_printed:
+            return reference_by(self.rows[name].history)
         known = reference_of(self.reference, self.rows[name].scene)
         if known.known or self.base is None or not self.base.has(name):
             return known

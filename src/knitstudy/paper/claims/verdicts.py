@@ -23,7 +23,8 @@ from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
 from knitstudy.paper.columns import FORCE, U_Z
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
 
-READING, INPUT = "reading", "input"  # Kinds of readings
+# Kinds of readings: of one choice, of one input, and of everything as the paper prints it
+READING, INPUT, PRINTED = "reading", "input", "as printed"
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 
 
@@ -61,12 +62,17 @@ class Reading:
             return None
         if self.kind == INPUT:
             instead = _of_other_inputs(instead)
+        if self.kind == PRINTED:
+            instead = {name: new for name, new in instead.items() if new != name}
         rows = {name: base.rows[new].named(name) for name, new in instead.items() if new in base.rows}
         knits = {base.rows[instead[name]].scene.knit for name in DIRECT if name in rows}
         geometry = _geometry_of(knits, base)
         if geometry is None:
             return None
-        return replace(base, rows=rows, geometry=geometry, base=base, **own).named()
+        printed = self.kind == PRINTED
+        return replace(
+            base, rows=rows, geometry=geometry, base=None if printed else base, as_printed=printed, **own
+        ).named()
 
 
 def _of_other_inputs(instead: Mapping[str, str]) -> dict[str, str]:
@@ -167,13 +173,17 @@ class Finding:
         return bool(self.values)
 
 
-def under_readings(findings: pd.DataFrame, readings: pd.DataFrame) -> list[Finding]:
-    """Return the findings under the base, which comes first, and every reading of a table."""
+def under_readings(
+    findings: pd.DataFrame, readings: pd.DataFrame, kinds: Sequence[str] = (READING, INPUT)
+) -> list[Finding]:
+    """Return the findings under the base, which comes first, and every reading of some kinds of a table."""
     deciding = findings[findings["discretisation"].isin(["", nan])]  # nan: read from a file
     by_reading = {name: rows.set_index("claim") for name, rows in deciding.groupby("reading")}
     usual = by_reading[BASE]["verdict"].drop(VALUES).to_dict()
     found = []
     for reading in readings_of(readings):
+        if reading.name != BASE and reading.kind not in kinds:
+            continue
         if reading.name not in by_reading:
             found.append(Finding(reading, dict.fromkeys(usual, NOT_RUN), frozenset(usual)))
             continue
@@ -188,16 +198,27 @@ def under_readings(findings: pd.DataFrame, readings: pd.DataFrame) -> list[Findi
     return found
 
 
+def as_printed(findings: pd.DataFrame, readings: pd.DataFrame) -> Finding | None:
+    """Return the finding of everything as the paper prints it; None where the table has no such reading."""
+    _, *found = under_readings(findings, readings, (PRINTED,))
+    return found[0] if found else None
+
+
 # Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
 BY_OTHERS = "by other discretisations"
 
 
 def conclude(
-    claim: str, uncertainty: str, findings: pd.DataFrame, under: Sequence[Finding]
+    claim: str,
+    uncertainty: str,
+    findings: pd.DataFrame,
+    under: Sequence[Finding],
+    printed: Finding | None = None,
 ) -> dict[str, str]:
     """Return the verdict on a claim under the base with the uncertainty of its rule, by column of the table of claims.
 
-    `under` are the findings under the base, which comes first, and all readings.
+    `under` are the findings under the base, which comes first, and all readings; `printed` is that of everything as the
+    paper prints it (`as_printed`).
     """
     of_claim = findings[(findings["reading"] == BASE) & (findings["claim"] == claim)]
     deciding, *others = of_claim.astype(object).fillna("").to_dict("records")
@@ -207,7 +228,30 @@ def conclude(
     row |= {"uncertainty": "", "readings": "", "depends on": ""}
     if row["verdict"] in DECIDED:
         row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
+    row |= _as_printed(claim, row["verdict"], findings, printed)
     return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], under[1:])
+
+
+PAIRS = {
+    (True, True): "holds in both",
+    (True, False): "holds as printed alone: an artefact of its mesh, penalty or joints",
+    (False, True): "holds resolved alone: missed by the paper's own model",
+    (False, False): "holds in neither",
+}
+"""What both verdicts on a claim say together, by whether it holds as printed and resolved."""
+
+
+def _as_printed(claim: str, resolved: str, findings: pd.DataFrame, printed: Finding | None) -> dict[str, str]:
+    """Return the verdict on a claim as printed, its first value, and what both verdicts say together."""
+    if printed is None:
+        return {"as printed": NOT_RUN, "ours as printed": "", "both": ""}
+    verdict = printed.verdicts[claim]
+    of_claim = (findings["reading"] == printed.reading.name) & (findings["claim"] == claim)
+    measured = "".join(findings.loc[of_claim, "measured"].fillna(""))
+    ours = next((ours for _, ours, _, _ in cells_of(measured)), "")
+    decided = {verdict, resolved} <= DECIDED
+    both = PAIRS[verdict == REPRODUCED, resolved == REPRODUCED] if decided else ""
+    return {"as printed": verdict, "ours as printed": ours, "both": both}
 
 
 def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> dict[str, str]:
@@ -245,7 +289,7 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
 
 # ---- How many claims are reproduced, and by which rules
 
-COUNTS = "yes"  # In the column of that name; other claims are true by construction
+COUNTS = "yes"  # In the column of that name; others say why they do not count
 DATED = {
     "before": "by rules fixed before their numbers",
     "older base": "by rules fixed for an older base of the study",
@@ -270,7 +314,7 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     text = (
         f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
         f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "
-        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. True by "
-        f"construction, and not counted: {', '.join(constructed)}."
+        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. Not counted, "
+        f"since they are true by construction or no claim of the paper: {', '.join(constructed)}."
     )
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text

@@ -14,7 +14,8 @@ from knitstudy.run.catalogue import TABLES
 
 COLUMNS = [
     *("id", "where", "short", "claim", "verdict", "counts", "dated", "holds if", "margin", "readings"),
-    *("quantity", "paper", "ours"),
+    *("as printed", "both"),
+    *("quantity", "paper", "ours", "ours as printed"),
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
     *("depends on", "note", "explanation", "see"),
 ]
@@ -45,7 +46,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
     rules = zip(claims["id"], claims["uncertainty"], strict=True)
-    concluded = [found.conclude(claim, uncertainty, findings, under) for claim, uncertainty in rules]
+    printed = found.as_printed(findings, readings)
+    concluded = [found.conclude(claim, uncertainty, findings, under, printed) for claim, uncertainty in rules]
     columns = pd.DataFrame(concluded, index=claims.index).to_dict("series")
     table = claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)
     return table[[*COLUMNS, *(name for name in table if name not in COLUMNS)]]
