@@ -180,8 +180,8 @@ def test_claims_are_counted_by_the_day_of_their_rules():
     assert counted(verdicts, rules) == (
         "Of 5 claims of the paper, 3 can be decided, and 2 of these are reproduced: 1 by rules fixed before their "
         "numbers, 0 by rules fixed for an older base of the study, 1 by rules dated after their numbers. The older "
-        "rules reproduce 2: later rules raised 1 others to reproduced and took 1 back, and 0 had none. Not counted, "
-        "since they are true by construction or no claim of the paper: D. No verdict yet (run `make verdicts`): E."
+        "rules reproduce 2: later rules raised 1 others to reproduced and took 1 back, and 0 had none. True by "
+        "construction, and not counted: D. No verdict yet (run `make verdicts`): E."
     )
 
 

@@ -314,7 +314,7 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     text = (
         f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
         f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "
-        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. Not counted, "
-        f"since they are true by construction or no claim of the paper: {', '.join(constructed)}."
+        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. True by "
+        f"construction, and not counted: {', '.join(constructed)}."
     )
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text
