@@ -24,6 +24,7 @@ from knitstudy.paper.claims.verdicts import (
     READING,
     Reading,
     as_printed,
+    both_of,
     conclude,
     counted,
     findings,
@@ -33,6 +34,7 @@ from knitstudy.paper.claims.verdicts import (
 from knitstudy.run.catalogue import TABLES
 from knitstudy.run.configuration import load_scenes
 
+SIZE_MISSED = "direction holds, size does not"
 RESOURCES = Path(__file__).resolve().parents[2] / "resources" / "reference"
 
 
@@ -277,3 +279,24 @@ def test_claims_have_a_verdict_as_printed_beside_the_resolved_one(sources, facto
     assert "as printed" not in concluded["depends on"]
     without = conclude("K5", "", found, [*under.values()])
     assert (without["as printed"], without["both"]) == ("not yet run", "")
+
+
+@pytest.mark.parametrize(
+    ("printed", "resolved", "both"),
+    [
+        ("reproduced", "reproduced", "holds in both"),
+        ("contradicted", "contradicted", "holds in neither"),
+        (SIZE_MISSED, SIZE_MISSED, "direction holds in both, size in neither"),
+        ("reproduced", "contradicted", "holds as printed alone: an artefact of its mesh, penalty or joints"),
+        ("contradicted", SIZE_MISSED, "direction holds resolved alone: missed by the paper's own model"),
+        (
+            "reproduced",
+            SIZE_MISSED,
+            "direction holds in both, size as printed alone: an artefact of its mesh, penalty or joints",
+        ),
+        ("undecidable", "reproduced", ""),
+        ("reproduced", "not yet run", ""),
+    ],
+)
+def test_both_verdicts_say_together_where_a_claim_holds(printed, resolved, both):
+    assert both_of(printed, resolved) == both

@@ -18,7 +18,17 @@ import pandas as pd
 import xarray as xr
 
 from knitstudy.errors import DataFileError
-from knitstudy.paper.claims import CLAIMS, DECIDED, GRADES, NOT_RUN, REPRODUCED, UNDECIDABLE, margin_of
+from knitstudy.paper.claims import (
+    CLAIMS,
+    CONTRADICTED,
+    DECIDED,
+    DIRECTION,
+    GRADES,
+    NOT_RUN,
+    REPRODUCED,
+    UNDECIDABLE,
+    margin_of,
+)
 from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
 from knitstudy.paper.columns import FORCE, U_Z
 from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
@@ -232,13 +242,31 @@ def conclude(
     return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], under[1:])
 
 
-PAIRS = {
-    (True, True): "holds in both",
-    (True, False): "holds as printed alone: an artefact of its mesh, penalty or joints",
-    (False, True): "holds resolved alone: missed by the paper's own model",
-    (False, False): "holds in neither",
+ALIKE = {
+    REPRODUCED: "holds in both",
+    DIRECTION: "direction holds in both, size in neither",
+    CONTRADICTED: "holds in neither",
 }
-"""What both verdicts on a claim say together, by whether it holds as printed and resolved."""
+ALONE = {
+    "as printed": "as printed alone: an artefact of its mesh, penalty or joints",
+    "resolved": "resolved alone: missed by the paper's own model",
+}
+
+
+def both_of(printed: str, resolved: str) -> str:
+    """Return what the verdicts on a claim as printed and resolved say together; nothing where one decides nothing."""
+    if not {printed, resolved} <= DECIDED:
+        return ""
+    if printed == resolved:
+        return ALIKE[resolved]
+    worse, better = sorted((printed, resolved), key=GRADES.index)
+    if better == DIRECTION:
+        what = "direction holds"
+    elif worse == DIRECTION:
+        what = "direction holds in both, size"
+    else:
+        what = "holds"
+    return f"{what} {ALONE['as printed' if printed == better else 'resolved']}"
 
 
 def _as_printed(claim: str, resolved: str, findings: pd.DataFrame, printed: Finding | None) -> dict[str, str]:
@@ -249,9 +277,7 @@ def _as_printed(claim: str, resolved: str, findings: pd.DataFrame, printed: Find
     of_claim = (findings["reading"] == printed.reading.name) & (findings["claim"] == claim)
     measured = "".join(findings.loc[of_claim, "measured"].fillna(""))
     ours = next((ours for _, ours, _, _ in cells_of(measured)), "")
-    decided = {verdict, resolved} <= DECIDED
-    both = PAIRS[verdict == REPRODUCED, resolved == REPRODUCED] if decided else ""
-    return {"as printed": verdict, "ours as printed": ours, "both": both}
+    return {"as printed": verdict, "ours as printed": ours, "both": both_of(verdict, resolved)}
 
 
 def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> dict[str, str]:
