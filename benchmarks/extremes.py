@@ -28,6 +28,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Annotated, Any
 
+import history_checks
 import numpy as np
 import pandas as pd
 import xarray as xr
@@ -35,7 +36,7 @@ from history_checks import faults, hourglass_share_when_loaded, is_unloaded, unb
 from keep import NOTES, save_picture
 from matplotlib.figure import Figure
 from pydantic import Field
-from records import counted, record
+from records import code_of, counted, record
 
 from knitstudy.errors import ConfigurationError, ConvergenceError, KnitstudyError, message_of
 from knitstudy.interruption import end_with_parent
@@ -139,8 +140,8 @@ class Trial:
         return scene
 
     def depends_on(self) -> dict[str, Any]:
-        """Return what its row depends on: the base, what is changed of it, limits of time, and the code."""
-        code = code_digest("measures", *MODEL)
+        """Return what its row depends on: the base, what is changed of it, limits of time, and all code."""
+        code = [code_digest("measures", *MODEL), code_of(__file__, history_checks.__file__)]
         reads = {"base": self.base.hash, "changes": dict(self.changes), "limits": [self.limit, self.cheap]}
         return reads | {"code": code}
 
@@ -412,7 +413,7 @@ def main() -> None:
     """Run all trials, keep their table and draw it."""
     trials = load_trials()
     plan_of_all()
-    with ProcessPoolExecutor(mp_context=multiprocessing.get_context("fork")) as pool:
+    with ProcessPoolExecutor(None, multiprocessing.get_context("fork"), end_with_parent) as pool:
         jobs = [pool.submit(row_of, trial) for trial in trials]
         rows = [job.result() for job in counted(jobs, "trials")]
     groups = pd.Series([group_of(trial.base) for trial in trials])

@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from records import Record, counted, record
+from records import Record, code_of, counted, record
 from scipy.optimize import brentq
 from scipy.stats import spearmanr
 
@@ -216,10 +216,16 @@ def find_shapes(measured: pd.DataFrame) -> pd.DataFrame:
     ]
     found = []
     for start, repeat in counted(asked, "shapes"):
-        made_by = [behaviour([ENDLESS_BEAMS]), list(repeat), str(STARTS[start]), more]
+        made_by = shape_depends_on(start, repeat, more)
         name = safe_name("-".join([start, *repeat]))
         found.append(record(SHAPES, name, made_by, partial(_shape, start, repeat, more)))
     return pd.DataFrame(found)
+
+
+def shape_depends_on(start: str, repeat: Sequence[str], more: float) -> list[object]:
+    """Return what a shape depends on: what beams do, the yarn's scene, this script, the repeat and its start."""
+    of_all = [behaviour([ENDLESS_BEAMS]), load_scene(SCENE).hash, code_of(__file__)]
+    return [*of_all, list(repeat), str(STARTS[start]), more]
 
 
 def _shape(start: str, repeat: Sequence[str], more: float) -> Record:
