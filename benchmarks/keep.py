@@ -22,7 +22,7 @@ import pandas as pd
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 from matplotlib.figure import Figure
 
-from knitstudy.datasets import read_result, read_table, write_table
+from knitstudy.datasets import read_result, read_table
 from knitstudy.errors import DataFileError, KnitstudyError
 from knitstudy.files import replacing, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
@@ -32,10 +32,18 @@ from knitstudy.paper.claims.verdicts import counted
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
 from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
+from knitstudy.paper.tables.fabrics import UNKNOWNS
 from knitstudy.paper.tables.reference import limits, values_of
 from knitstudy.run.behaviour import group_of
 from knitstudy.run.catalogue import FIGURES, TABLES, Catalogue, Displays, reference_files
-from knitstudy.run.committed_tables import RUN, SEPARATOR, is_up_to_date, keep_table, stale_runs
+from knitstudy.run.committed_tables import (
+    RUN,
+    SEPARATOR,
+    is_up_to_date,
+    keep_table,
+    require_up_to_date,
+    stale_runs,
+)
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
 from knitstudy.run.stages import STAGES
@@ -82,6 +90,9 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     """
     if claims and (stale := stale_claims() - set(claims)):
         raise DataFileError(f"{VERDICTS_KEPT}: {', '.join(sorted(stale))} is stale; run `make {VERDICTS}`")
+    reference = reference_files(config)
+    for behind in ("reference", "mechanisms"):
+        require_up_to_date(reference[behind])
     plan = Plan.of(config)
     study = load_study(STUDY, config)
     scenes = up_to_date(plan, [plan.scenes[name] for name in study], RESULTS)
@@ -108,7 +119,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     unknown = set(claims) - set(table["id"])
     if unknown:
         raise DataFileError(f"{VERDICTS_KEPT}: there is no claim {', '.join(sorted(unknown))}")
-    readings = read_table(reference_files(config)["readings"])
+    readings = read_table(reference["readings"])
     behind = pd.DataFrame({"scene": names, "keys": [scene.hash for scene in scenes]})
     behind = _with_others(behind, FULL_SCENES, "scene") if claims else behind
     keep_table(behind, FULL_SCENES, command, behind["scene"].map(group_by_name))
@@ -124,13 +135,8 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
     for name in filter(folders.__contains__, tables.names()):
         shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
-        path = folders[name] / f"{name}.csv"
-        if "scene" in shown_elsewhere and path.is_relative_to(RESOURCES):
-            keep_table(shown_elsewhere, path, command, shown_elsewhere["scene"].map(group_by_name))
-        elif path.is_relative_to(RESOURCES):
-            keep_table(shown_elsewhere, path, command, groups)
-        else:
-            write_table(shown_elsewhere, path)
+        of = shown_elsewhere["scene"].map(group_by_name) if "scene" in shown_elsewhere else groups
+        keep_table(shown_elsewhere, folders[name] / f"{name}.csv", command, of)
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)
     for name in shown:
         sources = sources_of(figures, name)
@@ -306,6 +312,7 @@ def keep_reference(config: Path = CONFIG) -> str:
 
 def keep_predictions(config: Path = CONFIG) -> str:
     """Keep the predictions of the study `fabrics` and its figure; return what was kept."""
+    require_up_to_date(UNKNOWNS)
     kept = RESOURCES / "predictions.csv"
     picture = Path("docs/notes/fabrics.webp")
     scenes = load_scenes(config)

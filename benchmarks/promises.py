@@ -19,11 +19,12 @@ from operator import attrgetter
 import pandas as pd
 from trade import SAMPLE
 
+from knitstudy.errors import KnitstudyError
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.advice import ERROR, SECONDS, TRADE_KEPT, Promises, measured_rows
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import Inputs, load_trade
-from knitstudy.run.committed_tables import is_up_to_date, keep_table
+from knitstudy.run.committed_tables import keep_table, require_up_to_date
 
 KEPT = RESOURCES / "promises.csv"
 ACCURACIES = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
@@ -78,14 +79,14 @@ def main() -> int:
         "--basis", type=int, help="first knits that promise; by default all but the one that judges"
     )
     basis = parser.parse_args().basis
+    if basis is None:
+        require_up_to_date(TRADE_KEPT)
     rows = measured_rows(SAMPLE / "trade.csv" if basis else TRADE_KEPT)
     table = judged(rows, basis)
     made = table[table["model"] != ""]
     if made.empty:
         sys.exit(f"error: none of {len(table)} questions was promised an answer")
     if basis is None:
-        if not is_up_to_date(TRADE_KEPT):
-            print(f"warning: {TRADE_KEPT} has rows of other physics; run `make trade` first", file=sys.stderr)
         trade = load_trade()
         groups = {trade.group_of(case, name) for case in trade.cases() for name in trade.settings_of(case)}
         keep_table(made, KEPT, "python benchmarks/promises.py", groups)
@@ -101,4 +102,7 @@ def main() -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    try:
+        sys.exit(main())
+    except KnitstudyError as error:
+        sys.exit(f"error: {error}")

@@ -9,7 +9,6 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Iterator, Sequence
-from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -31,10 +30,7 @@ def record(folder: Path, name: str, depends_on: Any, make: Callable[[], Record])
 
 def code_of(*files: str) -> str:
     """Return the statements of scripts, without comments and docstrings: records depend on what a script does."""
-    return "\n".join(_statements(Path(file).read_text(encoding="utf-8")) for file in files)
-
-
-_statements = cache(statements)
+    return "\n".join(statements(Path(file).read_text(encoding="utf-8")) for file in files)
 
 
 READ = 0.1

@@ -34,7 +34,6 @@ from knitstudy.measures.questions import QUESTIONS
 from knitstudy.run.advice import ERROR, MEMORY, SECONDS, TRADE_KEPT
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import TIED, Inputs, SampleCase, Trade, load_trade
-from knitstudy.run.behaviour import behaviour
 from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.trade import collect, run
 from knitstudy.use.style import DOUBLE, YARNS, figure, place, shared_legend, styled
@@ -76,8 +75,8 @@ def _outcome(trade: Trade, inputs: Inputs) -> str:
 
 def made_by(problem: PhysicalProblem, setting: str) -> list[str]:
     """Return the behaviour of the models, and the hash of all keys, behind a run."""
-    group = problem.trade.group_of(problem.case, setting)
-    return [behaviour([group]), problem.scene.vary(problem.settings[setting]).hash]
+    recorded = problem.trade.behaviours(problem.case)[setting]
+    return [recorded, problem.scene.vary(problem.settings[setting]).hash]
 
 
 def measure_sample(first: int, folder: Path = SAMPLE, only: Collection[str] = ()) -> pd.DataFrame:

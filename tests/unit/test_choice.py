@@ -16,7 +16,6 @@ from knitstudy.run import advice as choice
 from knitstudy.run.advice import Requirements, choose
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, load_trade
-from knitstudy.run.behaviour import behaviour
 from knitstudy.run.commands.main import main
 from knitstudy.run.configuration import asked_of, load_scene, load_scenes
 from knitstudy.run.plan import Plan
@@ -187,7 +186,8 @@ def test_a_knit_of_ones_own_takes_its_own_measurements(ask):
     mine = PhysicalProblem(load_scene("yarns-tie-course").vary(LOOP | changes).scaled(1e-2, 1e3))
     rows = [row(mine, "network", (0.3, 2, 9)), row(mine, "yarns2", (np.inf, 2, 9))]
     other = ", by other physics: measure it again (measured.csv)"
-    now = [behaviour([mine.trade.group_of(mine.case, each["model setting"])]) for each in rows]
+    recorded = mine.trade.behaviours(mine.case)
+    now = [recorded[each["model setting"]] for each in rows]
     for made_by, remark in ((now, ""), ("older", other)):
         write_table(pd.DataFrame(rows).assign(behaviour=made_by), choice.OWN)
         actual = ask(changes, accuracy=0.5)

@@ -1,13 +1,25 @@
 """Committed tables know what made their rows, and are stale where recorded numbers have moved."""
 
+import sys
+
+import keep
 import pandas as pd
+import promises
 import pytest
 from refusals import refusal
 
 from knitstudy.run import behaviour as behaviour_module
 from knitstudy.run import committed_tables
 from knitstudy.run.behaviour import GEOMETRY, HISTORIES, behaviour, group_of, groups
-from knitstudy.run.committed_tables import RUN, is_up_to_date, keep_table, runs_of, stale_runs, with_runs
+from knitstudy.run.committed_tables import (
+    RUN,
+    is_up_to_date,
+    keep_table,
+    require_up_to_date,
+    runs_of,
+    stale_runs,
+    with_runs,
+)
 from knitstudy.run.configuration import load_scene
 
 TIED, TOUCHING = "cell spline_yarns tied", "cell spline_yarns touching"
@@ -87,6 +99,32 @@ def test_a_table_without_groups_is_of_its_very_code(tmp_path, monkeypatch):
     assert is_up_to_date(path)
     monkeypatch.setattr(committed_tables, "physics_digest", lambda: "another")
     assert stale_runs(path) == [1]
+
+
+def test_a_table_is_made_from_fresh_tables_alone(moved, tmp_path):
+    """Else it would count as fresh itself; the message has the command of the table behind it."""
+    path = tmp_path / "behind.csv"
+    keep_table(pd.DataFrame({"value": [1.0]}), path, "make behind", [TIED])
+    require_up_to_date(path)
+    moved(TIED, 1e-3)
+    with refusal(r"behind\.csv: is stale; run `make behind` first"):
+        require_up_to_date(path)
+
+
+@pytest.mark.parametrize(
+    ("keep_it", "behind"),
+    [
+        (lambda: promises.main(), "trade.csv"),
+        (lambda: keep.keep_verdicts(), "reference.csv"),
+        (lambda: keep.keep_predictions(), "unknowns.csv"),
+    ],
+    ids=["promises", "verdicts", "predictions"],
+)
+def test_what_is_made_from_a_stale_table_is_not_kept(monkeypatch, keep_it, behind):
+    monkeypatch.setattr(sys, "argv", ["keep"])
+    monkeypatch.setattr(committed_tables, "behaviour", lambda groups: "moved")
+    with refusal(rf"{behind}: is stale; run `"):
+        keep_it()
 
 
 def test_tables_of_a_folder_share_a_file_of_runs(tmp_path):

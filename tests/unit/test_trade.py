@@ -18,7 +18,7 @@ from knitstudy.errors import GeometryError, KnitstudyError
 from knitstudy.measures.questions import BEAM_SLIP, LOSS, QUESTIONS, TOTAL, answers, curve_force
 from knitstudy.run.advice import ERROR
 from knitstudy.run.advice.problem import PhysicalProblem
-from knitstudy.run.advice.sample import SampleCase, load_trade
+from knitstudy.run.advice.sample import SampleCase, Trade, load_trade
 from knitstudy.run.configuration import asked_of
 from knitstudy.run.trade import measure, reference_values, rows_of, run
 
@@ -263,7 +263,15 @@ def test_a_campaign_goes_on_where_it_was(trade, monkeypatch, tmp_path):
     assert set(table.loc[table["model setting"] == "yarns4", "knit"]) == {"knit001", "knit005"}
     assert set(measure_sample(2, tmp_path)["knit"]) == {"knit001", "knit002"}
     before = len(ran)
-    touching = "knit spline_yarns touching"
-    monkeypatch.setattr(sample, "behaviour", lambda groups: f"moved {groups}" if touching in groups else "")
+    recorded = Trade.behaviours
+    moved = {"knit spline_yarns touching"}
+
+    def behaviours(self, case):
+        return {
+            name: f"{digest} moved" if self.group_of(case, name) in moved else digest
+            for name, digest in recorded(self, case).items()
+        }
+
+    monkeypatch.setattr(Trade, "behaviours", behaviours)
     measure_sample(1, tmp_path)
     assert {name.split()[0] for name in ran[before:]} >= {"knit001-cut-knit-touching"}

@@ -13,7 +13,7 @@ import ast
 import hashlib
 import re
 from collections.abc import Iterator
-from functools import cache, lru_cache
+from functools import cache
 from pathlib import Path
 
 from knitstudy.registry import plugin_files
@@ -76,6 +76,7 @@ def physics_digest() -> str:
     return _digest(MODEL, ())
 
 
+@cache
 def statements(source: str) -> str:
     """Return a program without its comments, docstrings and blank lines.
 
@@ -125,14 +126,11 @@ def _digest(places: tuple[str, ...], plugins: tuple[Path, ...]) -> str:
         )
         for file in [path] if path.is_file() else inside:
             text = file.read_text(encoding="utf-8")
-            counted = _statements(text) if file.suffix == ".py" else text
+            counted = statements(text) if file.suffix == ".py" else text
             digest.update(f"{file.relative_to(PACKAGE).as_posix()}\n{counted}\n".encode())
     for file in plugins:
         digest.update(file.read_bytes())
     return digest.hexdigest()[:16]
-
-
-_statements = lru_cache(maxsize=None)(statements)
 
 
 @cache

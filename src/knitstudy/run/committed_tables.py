@@ -1,7 +1,7 @@
 """Committed tables say what made their rows, and whether the present physics would make them again.
 
-A row of a table has the number of its run. ``runs.csv`` beside it, one for all tables of a folder, says of every run
-which groups of scenes it used, what these did (`behaviour`), and the code, commit, day and command behind it.
+A row of a table has the number of its run. ``runs.csv``, one for all tables of a folder, has a row for every run: the
+groups of scenes behind it, the digest of their recorded numbers (`behaviour`), code, commit, day and command.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from knitstudy.datasets import commit, read_table, write_table
+from knitstudy.errors import DataFileError
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.run.behaviour import behaviour
 from knitstudy.run.code_digest import physics_digest
@@ -64,6 +65,16 @@ def is_up_to_date(table: Path) -> bool:
     return table.is_file() and len(runs_of(table)) > 0 and not stale_runs(table)
 
 
+def require_up_to_date(table: Path) -> None:
+    """Refuse a committed table that others are to be made from, where it is stale: they would count as fresh.
+
+    Raises DataFileError, which names the command that makes the table.
+    """
+    if not is_up_to_date(table):
+        commands = ", ".join(f"`{command}`" for command in sorted(set(runs_of(table)["command"])))
+        raise DataFileError(f"{table}: is stale; run {commands or 'the command that makes it'} first")
+
+
 def keep_table(
     table: pd.DataFrame,
     path: Path,
@@ -89,18 +100,14 @@ def keep_table(
     """
     known = runs_of(path)
     table = table.assign(**{RUN: table[RUN] if RUN in table else pd.NA}).astype({RUN: "Int64"})
-    number = max(table[RUN].dropna(), default=0)
+    last = max(table[RUN].dropna(), default=0)
     new = table[RUN].isna()
+    if not isinstance(groups, pd.Series):
+        groups = pd.Series(SEPARATOR.join(sorted(groups)), table.index)
     entries = []
-    of_rows = (
-        groups if isinstance(groups, pd.Series) else pd.Series(SEPARATOR.join(sorted(groups)), table.index)
-    )
-    for of in sorted(set(of_rows[new])):
-        rows = new & (of_rows == of)
-        if rows.any():
-            number += 1
-            table.loc[rows, RUN] = number
-            entries.append(_entry(path, number, of, command))
+    for number, of in enumerate(sorted(set(groups[new])), last + 1):
+        table.loc[new & (groups == of), RUN] = number
+        entries.append(_entry(path, number, of, command))
     still = known[known.index.isin(table.loc[~new, RUN])]
     runs = pd.concat([still.reset_index(), pd.DataFrame(entries, columns=list(COLUMNS))])
     everything = _all_runs(runs_file(path))
@@ -112,9 +119,9 @@ def keep_table(
 
 def _entry(path: Path, number: int, groups: str, command: str) -> tuple[object, ...]:
     """Return the row of a new run."""
-    does = behaviour(groups.split(SEPARATOR)) if groups else ""
+    recorded = behaviour(groups.split(SEPARATOR)) if groups else ""
     today = datetime.date.today().isoformat()
-    return (_name(path), number, groups, does, physics_digest(), commit(), today, command)
+    return (_name(path), number, groups, recorded, physics_digest(), commit(), today, command)
 
 
 def _name(table: Path) -> str:

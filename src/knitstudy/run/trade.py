@@ -31,7 +31,6 @@ from knitstudy.measures.response import MEGABYTE, memory_growth
 from knitstudy.run.advice import COLUMNS, ERROR, MEMORY, OF_OWN, OWN, SECONDS, measured_rows
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import SampleCase, Trade
-from knitstudy.run.behaviour import behaviour
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
 
@@ -223,8 +222,7 @@ def measure(problem: PhysicalProblem, folder: Path) -> pd.DataFrame:
     table = collect(problem.trade, {of: problem}, {of: records})
     if table[ERROR].isna().all():
         raise DataFileError(f"scene {scene.name!r}: {table['reason'].iloc[0]}")
-    groups = {name: behaviour([problem.trade.group_of(problem.case, name)]) for name in settings}
-    table = table.assign(behaviour=table["model setting"].map(groups))
+    table = table.assign(behaviour=table["model setting"].map(problem.trade.behaviours(problem.case)))
     before = read_table(OWN) if OWN.is_file() else table[:0]
     others = before[before["problem"] != problem.digest]
     write_table(pd.concat([others, table]) if len(others) else table, OWN)

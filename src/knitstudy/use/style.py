@@ -168,8 +168,8 @@ def describe(sources: Mapping[str, Source]) -> str:
     parts = []
     for stage, source in sources.items():
         if isinstance(source, pd.DataFrame):
-            runs = ", ".join(sorted({str(run) for run in source["run"]})) if "run" in source else "unknown"
-            parts.append(f"{stage} [run {runs}]")
+            runs = sorted(set(source["run"])) if "run" in source else []
+            parts.append(f"{stage} [{', '.join(f'run {run}' for run in runs) or 'unknown'}]")
             continue
         for dataset in [source] if isinstance(source, xr.Dataset) else source.values():
             scene, digest = (dataset.attrs.get(name, "unknown") for name in ("scene", "digest"))

@@ -26,7 +26,6 @@ from knitstudy.knit.scene.scene import NOTHING, Scene
 from knitstudy.knit.scene.sections import BeamYarn, Yarn
 from knitstudy.run.advice.problem import PhysicalProblem
 from knitstudy.run.advice.sample import UNDECIDED, Inputs
-from knitstudy.run.behaviour import behaviour
 from knitstudy.run.families import Member
 
 TRADE_KEPT = RESOURCES / "trade.csv"  # From `make trade`: a row for every knit, model setting and question
@@ -118,7 +117,7 @@ class Promises:
         trade = problem.trade
         case = str(problem.case)
         if mine := own_rows(problem):
-            now = {name: behaviour([trade.group_of(problem.case, name)]) for name in problem.settings}
+            now = trade.behaviours(problem.case)
             others = any(row["behaviour"] != now.get(row["model setting"]) for row in mine)
             basis = "on this very knit" + f", by other physics: measure it again ({OWN})" * others
             return cls(problem, mine, basis, own=True)

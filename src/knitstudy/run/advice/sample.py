@@ -19,7 +19,7 @@ from knitstudy.knit.scene.documents import CONFIG, packaged_defaults, read_yaml
 from knitstudy.knit.scene.keys import Count, Section, declared, validated
 from knitstudy.knit.scene.kinds import MODELS
 from knitstudy.knit.scene.scene import Scene
-from knitstudy.run.behaviour import group
+from knitstudy.run.behaviour import behaviour, group
 
 DECLARED = CONFIG / "trade.yaml"
 
@@ -167,6 +167,10 @@ class Trade(Section):
         """Return the group of the scenes of a case by a model setting (`knitstudy.run.behaviour`)."""
         fidelity = self.settings_of(case)[setting]["fidelity"]
         return group(case.specimen, fidelity, case.yarns == TOUCHING)
+
+    def behaviours(self, case: SampleCase) -> dict[str, str]:
+        """Return the digest of what the models of a case do, by model setting (`knitstudy.run.behaviour`)."""
+        return {name: behaviour([self.group_of(case, name)]) for name in self.settings_of(case)}
 
     def scene(self, case: SampleCase, inputs: Inputs, name: str = "sampled") -> Scene:
         """Return the physical problem of a knit; `inputs` have the strain of the case, of a cycle that of its turn."""
