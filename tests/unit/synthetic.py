@@ -223,6 +223,7 @@ def with_kinematics(contacts):
         section_rotation=((*dims, "xyz"), vectors),
         segment_contraction=((*dims, "neighbour"), neighbours),
         sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.9], np.nan)),
+        contact_travel=(dims, np.where(touching, 1e-4 * values * [1.0, -0.9], np.nan)),
         contact_spin=(dims, np.where(touching, 0.2 * values, np.nan)),
     )
 

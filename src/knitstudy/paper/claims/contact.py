@@ -129,24 +129,25 @@ def kinematics(evidence: Evidence) -> Iterator[Row | Remark]:
     angle = np.degrees(np.arctan(strain))
     slide = 1e3 * strain * evidence.diameter
     shorter = 100 * CONTRACTS * strain
+    travel = 1e3 * np.abs(contacts["contact_travel"].to_numpy())[-1, here]
     sliding = 1e3 * np.abs(contacts["sliding"].to_numpy())[-1, here]
     spin = np.degrees(np.abs(contacts["contact_spin"].to_numpy()))[-1, here]
     turned = np.degrees(centre_cell.rotation_angle(contacts))[-1, here]
     closer = 100 * centre_cell.closest_neighbour(contacts)[-1, here]
     rows = [
-        # An open crossing has no sliding: nan counts as no motion.
+        # The contact of an open crossing has no place: nan counts as no motion.
         at_least(
             quantity, float(np.nan_to_num(values).min()), paper, bar, sense=0.0, text=_range(values, unit)
         )
         for quantity, unit, paper, values, bar in (
-            ("slide along the yarns", "mm", "slides", sliding, slide),
+            ("slide of the contact along the yarns", "mm", "slides", travel, slide),
             ("spin of the contact areas", "degrees", "spin", spin, angle),
             ("rotation of the sections", "degrees", "rotates", turned, angle),
             ("contraction of the chord to a neighbour", "%", "contracts", closer, shorter),
         )
     ]
     yield from sorted(rows, key=lambda row: row.margin)
-    yield Row("slide of the side that slides more", _range(sliding.max(axis=-1), "mm"))
+    yield Row("slip of the yarns past each other, along the one and the other", _range(sliding, "mm"))
     yield Remark(
         f"rotation and spin from {angle:.2g} degrees on, sliding from {slide:.2g} mm, contraction from "
         f"{shorter:.2g} %",

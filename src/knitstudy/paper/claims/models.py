@@ -205,17 +205,18 @@ def _springs(evidence: Evidence, name: str, axes: str | None = None) -> Floats:
 
 @CLAIMS.add("R10")
 def same_normals(evidence: Evidence) -> Iterator[Row | Remark]:
-    """Yield that both contacts on a side of an interlock, P1 and P2, have one normal, by one of its meanings."""
+    """Yield that both contacts on a side of an interlock, P1 and P2, have one normal, of the kind that joints take."""
     if not (angles := _between_normals(evidence)):
         raise NotRun("at no free interlock do both contacts of a side touch")
-    best = min(angles, key=lambda meaning: angles[meaning].mean())
-    mean, largest = angles[best].mean(), angles[best].max()
+    pressure, resultant = MEANINGS
+    deciding = resultant if evidence.normal == MEANINGS[resultant] else pressure
+    mean, largest = angles[deciding].mean(), angles[deciding].max()
     name, text = "angle between the normals at P1 and P2, mean; largest", "{:.0f}°; {:.0f}°"
     size = largest <= SAME_NORMAL
     margin = SAME_NORMAL / largest if largest else np.inf
-    yield holds(f"{name}, {best}", text.format(mean, largest), "0°", mean < 45, size, margin)
+    yield holds(f"{name}, {deciding}", text.format(mean, largest), "0°", mean < 45, size, margin)
     for meaning, other in angles.items():
-        if meaning != best:
+        if meaning != deciding:
             yield Row(f"the same, {meaning}", text.format(other.mean(), other.max()))
     wale = evidence.pulled_in("wale")
     if wale.has(wale.direct.get("isotropic", ""), "contacts"):
