@@ -17,7 +17,7 @@ COLUMNS = [
     *("as printed", "both"),
     *("quantity", "paper", "ours", "ours as printed"),
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
-    *("depends on", "note", "explanation", "see"),
+    *("depends on", "as printed depends on", "note", "explanation", "see"),
 ]
 FINDINGS = ("findings",)  # The table that others, and a figure, are made from
 
