@@ -26,8 +26,11 @@ JOINTS = {  # by ``rom.joint``; separated: springs or ties of points that lie a 
 LAWS = {"straight": "straight", "curved": "curved"}
 OWN, PRINTED, NO_SPRINGS = "own", "Table 2", "none"
 SOLIDS = ("yarns-{case}", "inputs-tie*-{case}", "reading-as-printed-yarns-{case}")
-NETWORKS = ("rom3d-{case}", "rom3d-*-{case}", "inputs-tie*-rom3d-{case}", "inputs-tie*-rom3d-*-{case}")
-NETWORKS += ("reading-as-printed-rom3d-{case}", "reading-as-printed-rom3d-*-{case}")
+NETWORKS = (
+    *("rom3d-{case}", "rom3d-*-{case}"),
+    *("inputs-tie*-rom3d-{case}", "inputs-tie*-rom3d-*-{case}"),
+    *("reading-as-printed-rom3d-{case}", "reading-as-printed-rom3d-*-{case}"),
+)
 DISTANCE = "L2 distance of force to the solids' [1]"
 
 
