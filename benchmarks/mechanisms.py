@@ -1,11 +1,10 @@
 """The two mechanisms that the paper gives for Fig. 11, by networks of beams in which one thing at a time is changed.
 
 ``python benchmarks/mechanisms.py`` (`make mechanisms`) keeps the networks in resources/reference/mechanisms.csv, by
-which claims K16 and K17 are judged. No key of a scene changes a lever alone, or the stiffness of a yarn of given
-diameter: networks are made here, of the parts that the 3D network is made of. Sections are those of straight rods. Joints
-of ties are rigid, yield as tied areas do (patch), or let sections turn (pinned), as section 2.6 of the paper says. The
-springs of all networks are the averaged ones of the direct simulation with friction, of pinned ones those of the
-paper's own solids.
+which claims K16 and K17 are judged. No key of a scene changes a lever alone, or EI without EA: networks are made here,
+of the parts that the 3D network is made of. Sections are those of straight rods. Joints of ties are rigid, yield as
+tied areas do (patch), or let sections turn (pinned), as section 2.6 of the paper says. Springs are the averaged ones of
+the direct simulation with friction, beside pinned ties those of the paper's own elements and penalty.
 """
 
 from __future__ import annotations
@@ -48,6 +47,7 @@ from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.increment import Increment
+from knitstudy.paper.sweeps import HELD
 from knitstudy.run.behaviour import group_of
 from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import load_scene
@@ -188,13 +188,13 @@ class Networks:
             yield "bending and stretching", diameter, lambda: self.base, with_length
         for ratio in RATIOS:
             scene = self.scene.vary({"pattern.course_ratio": ratio})
-            yield "spacing, drawn shape", ratio, partial(laid_out, scene), Stiffness()
-        for keep, held in (("wale_spacing", "wale spacing"), ("length", "yarn in a loop")):
+            yield f"spacing, {HELD['shape']}", ratio, partial(laid_out, scene), Stiffness()
+        for keep in ("wale_spacing", "length"):
             free = ["xyz"] * len(self.scene.pattern.control_points)
             scene = self.scene.vary({"pattern.keep": keep, "geometry.free": free})
             for ratio in WIDER:
                 scene = scene.vary({"pattern.course_ratio": ratio})
-                yield f"spacing, {held}", ratio, partial(laid_out, scene), Stiffness()
+                yield f"spacing, {HELD[keep]}", ratio, partial(laid_out, scene), Stiffness()
         for wider in (-2e-3, -1e-3, 0.0, 1e-3, 2e-3):
             yield "spacing, inner lever fixed", 1e3 * wider, partial(self.with_lever, 0, wider), Stiffness()
         for wider in (0.0, 0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3):
