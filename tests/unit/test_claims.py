@@ -1,6 +1,8 @@
 """Verdicts turn with the numbers, and are withheld where the study is not the paper's."""
 
+import re
 from dataclasses import fields, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import study
 import synthetic
 import xarray as xr
 import yaml
+from refusals import refusal
 
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
@@ -20,7 +23,19 @@ from knitstudy.paper.claims import CLAIMS, at_least, at_most
 from knitstudy.paper.claims.contact import asymmetry
 from knitstudy.paper.claims.evidence import evidence_of, judge
 from knitstudy.paper.claims.fabric import PAPERS_MESH
-from knitstudy.paper.claims.verdicts import BY_OTHERS, Reading, conclude, findings, under_readings
+from knitstudy.paper.claims.sweeps import STIFFER
+from knitstudy.paper.claims.verdicts import (
+    BY_OTHERS,
+    QUANTITY,
+    TEXTS,
+    Reading,
+    cells_of,
+    conclude,
+    findings,
+    require_measured,
+    under_readings,
+    with_values,
+)
 from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
@@ -349,6 +364,21 @@ def with_other_networks(evidence, sweep, column, power):
     return replace(evidence, mechanisms=table)
 
 
+def with_stiffer_solids(evidence, motion, spin):
+    """Return the evidence with solid yarns of growing stiffness, each with a factor of motion and spin."""
+    row, rows = evidence.rows["isotropic"], {}
+    moved, contacts = row.history["centreline_displacement"], row.results["contacts"]
+    for number, diameter in enumerate((120, 135, 150, 165, 180, 195)):
+        results = {
+            "simulation": row.history.assign(centreline_displacement=motion**number * moved),
+            "contacts": contacts.assign(spin=spin**number * contacts["contact_spin"].fillna(0)),
+        }
+        for stiffer, kind in product(STIFFER, ("isotropic", "tie")):
+            name = f"inertia-{stiffer}-d{diameter}-{kind}-course"
+            rows[name] = row.with_results(**results).named(name)
+    return replace(evidence, rows={**evidence.rows, **rows})
+
+
 def with_harmless_ties(evidence, name):
     """Return the evidence in which untied rows change nothing of one variable."""
     return with_direct(evidence, "untied", **{name: evidence.rows["isotropic"].history[name]})
@@ -374,6 +404,67 @@ def test_a_test_that_nothing_contradicts_does_not_count_where_it_holds(evidence)
     for claim, why, count in (("R4", "nothing contradicts it", 2), ("R5", "true by construction", 2)):
         uncounted = [row for row in judge(claim, evidence).rows if row.grade and not row.tested]
         assert [row.grade for row in uncounted] == count * [f"holds, not counted: {why}"]
+
+
+RESOURCES = Path(__file__).parents[2] / "resources"
+RULES = pd.read_csv(RESOURCES / "reference" / "paper_claims.csv").fillna("").set_index("id", drop=False)
+COMMITTED = pd.read_csv(RESOURCES / "verdicts.csv").fillna("").set_index("id")["measured"]
+# Numbers of texts that are no quantity of their claim
+GIVEN = {
+    "B1": {"0.05 %"},  # docs/notes/beams.md
+    "K11": {"1 %", "1.16", "2.2 %"},  # docs/notes/sensitivity.md
+    "K12": {"50 %"},  # shares of the motion at which the order was looked at
+    "M3": {"48 degrees"},  # by Table 4; the table of angles has all differences
+}
+BY_HAND = {"S2", "S3", "R5", "R9"}  # whose texts compare with numbers that no row has
+REFERENCE = re.compile(r"(?:Figs?|Tables?|Eqs?|section|Section)[. ]*\(?\d[\d.]*\)?(?: ?\([a-z]\))?")
+NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?!\w)")
+UNIT = re.compile(r" ?(?:%|°|[munk]?m\b|R\b|d\b|k?N\b|[kMG]B\b|degrees|times|of \d)")
+
+
+@pytest.mark.parametrize("claim", RULES["id"])
+def test_texts_name_quantities_that_their_claims_have(evidence, claim):
+    """Of the committed verdicts, or of made-up evidence where they are older than a quantity."""
+    known = {row.quantity for row in judge(claim, with_stiffer_solids(evidence, 0.9, 0.9)).rows}
+    known |= {quantity for quantity, *_ in cells_of(COMMITTED.get(claim, ""))} | {"readings"}
+    named = {name for column in TEXTS for name in QUANTITY.findall(RULES.loc[claim, column])}
+    assert named <= known
+
+
+def by_hand(text):
+    """Return the numbers of a text that may be measured: decimals, and numbers with their unit."""
+    text = REFERENCE.sub("", QUANTITY.sub("", text))
+    units = ((match[0], UNIT.match(text, match.end())) for match in NUMBER.finditer(text))
+    return {
+        f"{number} {unit[0].strip()}" if unit else number for number, unit in units if unit or "." in number
+    }
+
+
+def test_numbers_with_units_and_decimals_are_found():
+    """References to the paper, counts and names of models have other digits."""
+    text = "1.9 times, 7 % of {the pairs}, 3D networks of section 2.6 in Fig. 11(b) with 2 of 4 (Table 2), 16 mm, K5"
+    assert by_hand(text) == {"1.9 times", "7 %", "2 of 4", "16 mm"}
+
+
+def test_a_quantity_that_is_not_measured_is_named_and_not_committed():
+    row = {"id": "K9", "verdict": "contradicted", "measured": "pairs | 97% | grows | reproduced"}
+    texts = {"explanation": with_values("in {pairs}, not in {paris}", row), "holds if": ""}
+    assert texts["explanation"] == "in 97%, not in (paris: not measured in this study)"
+    with refusal("the column 'explanation' of K9 names a quantity that is not measured.* in braces: pairs"):
+        require_measured(pd.DataFrame([row | texts]))
+    require_measured(pd.DataFrame([row | texts | {"verdict": "not yet run"}]))
+
+
+@pytest.mark.parametrize("claim", sorted(set(RULES["id"]) - BY_HAND))
+def test_no_text_has_a_measured_number_by_hand(claim):
+    """A number is part of the rule, of a reading or of the name of a quantity, or of the paper; else {a quantity}."""
+    row = RULES.loc[claim]
+    readings = pd.read_csv(RESOURCES / "reference" / "readings.csv").fillna("")
+    names = [text for name, _, paper, _ in cells_of(COMMITTED.get(claim, "")) for text in (name, paper)]
+    known = by_hand("; ".join(map(str, [*row.drop([*TEXTS]), *readings.to_numpy().ravel(), *names])))
+    known |= {"5 %"}  # strain of the paper
+    known |= {number.partition(" ")[0] for number in known if "." in number} | GIVEN.get(claim, set())
+    assert {number for column in TEXTS for number in by_hand(row[column])} <= known
 
 
 VERDICTS = yaml.safe_load(Path(__file__).with_name("verdicts.yaml").read_text())

@@ -313,6 +313,41 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
     return added | {"verdict": UNDECIDABLE, "note": note}
 
 
+# ---- Texts of rules, whose numbers are those of the study
+
+TEXTS = ("explanation", "holds if")  # Columns of the rules in which {quantity} is a value of this study
+QUANTITY = re.compile(r"\{([^{}]+)\}")
+NOT_MEASURED = "not measured in this study"
+
+
+def with_values(text: str, concluded: Mapping[str, str]) -> str:
+    """Return a text of a rule with the values of the quantities that it names in braces.
+
+    Quantities are those of the column `measured`, and `readings`; one that a study has not measured is named.
+
+    >>> with_values("it grows in {pairs}", {"measured": "pairs | 97% of 15 pairs | grows | reproduced"})
+    'it grows in 97% of 15 pairs'
+    """
+    values = {quantity: ours for quantity, ours, *_ in cells_of(concluded["measured"])}
+    values |= {"readings": concluded.get("readings", "")}
+    return QUANTITY.sub(lambda named: values.get(named[1]) or f"({named[1]}: {NOT_MEASURED})", text)
+
+
+def require_measured(verdicts: pd.DataFrame) -> None:
+    """Refuse verdicts whose texts name quantities that are not measured: numbers of a committed page are known.
+
+    Raises DataFileError, which names the claim, its text, and its quantities.
+    """
+    for row in verdicts[verdicts["verdict"] != NOT_RUN].fillna("").to_dict("records"):
+        for column in TEXTS:
+            if NOT_MEASURED in row[column]:
+                known = ", ".join(quantity for quantity, *_ in cells_of(row["measured"]))
+                raise DataFileError(
+                    f"paper_claims.csv: the column {column!r} of {row['id']} names a quantity that is not measured: "
+                    f"{row[column]!r}; write one of these in braces: {known}"
+                )
+
+
 # ---- How many claims are reproduced, and by which rules
 
 COUNTS = "yes"  # In the column of that name; others say why they do not count
