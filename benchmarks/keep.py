@@ -116,7 +116,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     table = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)).assign(
         digest=tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}"
     )
-    require_measured(table[table["id"].isin(claims)] if claims else table)
+    require_measured(table[table["id"].isin(claims)] if claims else table, read_table(reference["claims"]))
     unknown = set(claims) - set(table["id"])
     if unknown:
         raise DataFileError(f"{VERDICTS_KEPT}: there is no claim {', '.join(sorted(unknown))}")

@@ -12,6 +12,7 @@ import study
 import synthetic
 import xarray as xr
 import yaml
+from measured_numbers import measured_numbers
 from refusals import refusal
 
 from knitstudy.knit.contacts.contacts import extract
@@ -417,9 +418,6 @@ GIVEN = {
     "M3": {"48 degrees"},  # by Table 4; the table of angles has all differences
 }
 BY_HAND = {"S2", "S3", "R5", "R9"}  # whose texts compare with numbers that no row has
-REFERENCE = re.compile(r"(?:Figs?|Tables?|Eqs?|section|Section)[. ]*\(?\d[\d.]*\)?(?: ?\([a-z]\))?")
-NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?!\w)")
-UNIT = re.compile(r" ?(?:%|°|[munk]?m\b|R\b|d\b|k?N\b|[kMG]B\b|degrees|times|of \d)")
 
 
 @pytest.mark.parametrize("claim", RULES["id"])
@@ -431,28 +429,22 @@ def test_texts_name_quantities_that_their_claims_have(evidence, claim):
     assert named <= known
 
 
-def by_hand(text):
-    """Return the numbers of a text that may be measured: decimals, and numbers with their unit."""
-    text = REFERENCE.sub("", QUANTITY.sub("", text))
-    units = ((match[0], UNIT.match(text, match.end())) for match in NUMBER.finditer(text))
-    return {
-        f"{number} {unit[0].strip()}" if unit else number for number, unit in units if unit or "." in number
-    }
-
-
-def test_numbers_with_units_and_decimals_are_found():
-    """References to the paper, counts and names of models have other digits."""
-    text = "1.9 times, 7 % of {the pairs}, 3D networks of section 2.6 in Fig. 11(b) with 2 of 4 (Table 2), 16 mm, K5"
-    assert by_hand(text) == {"1.9 times", "7 %", "2 of 4", "16 mm"}
+def test_the_page_names_quantities_that_claims_have(evidence):
+    page = (RESOURCES.parent / "workflow" / "report" / "results.md").read_text(encoding="utf-8")
+    named = re.findall(r'measured\("(\w+)", "([^"]+)"\)', page)
+    assert named
+    for claim, quantity in named:
+        assert quantity in {row.quantity for row in judge(claim, evidence).rows}, claim
 
 
 def test_a_quantity_that_is_not_measured_is_named_and_not_committed():
     row = {"id": "K9", "verdict": "contradicted", "measured": "pairs | 97% | grows | reproduced"}
-    texts = {"explanation": with_values("in {pairs}, not in {paris}", row), "holds if": ""}
-    assert texts["explanation"] == "in 97%, not in (paris: not measured in this study)"
-    with refusal("the column 'explanation' of K9 names a quantity that is not measured.* in braces: pairs"):
-        require_measured(pd.DataFrame([row | texts]))
-    require_measured(pd.DataFrame([row | texts | {"verdict": "not yet run"}]))
+    text = "in {pairs}, not in {paris}"
+    assert with_values(text, row) == "in 97%, not in not measured in this study"
+    rules = pd.DataFrame([{"id": "K9", "explanation": text, "holds if": ""}])
+    with refusal("'explanation' of K9 names 'paris', which is not measured; .* in braces: pairs"):
+        require_measured(pd.DataFrame([row]), rules)
+    require_measured(pd.DataFrame([row | {"verdict": "not yet run"}]), rules)
 
 
 @pytest.mark.parametrize("claim", sorted(set(RULES["id"]) - BY_HAND))
@@ -461,10 +453,10 @@ def test_no_text_has_a_measured_number_by_hand(claim):
     row = RULES.loc[claim]
     readings = pd.read_csv(RESOURCES / "reference" / "readings.csv").fillna("")
     names = [text for name, _, paper, _ in cells_of(COMMITTED.get(claim, "")) for text in (name, paper)]
-    known = by_hand("; ".join(map(str, [*row.drop([*TEXTS]), *readings.to_numpy().ravel(), *names])))
+    known = measured_numbers("; ".join(map(str, [*row.drop([*TEXTS]), *readings.to_numpy().ravel(), *names])))
     known |= {"5 %"}  # strain of the paper
     known |= {number.partition(" ")[0] for number in known if "." in number} | GIVEN.get(claim, set())
-    assert {number for column in TEXTS for number in by_hand(row[column])} <= known
+    assert {number for column in TEXTS for number in measured_numbers(QUANTITY.sub("", row[column]))} <= known
 
 
 VERDICTS = yaml.safe_load(Path(__file__).with_name("verdicts.yaml").read_text())

@@ -128,8 +128,8 @@ def _values(key: str, sweep: Sweep) -> Iterator[Row]:
 TOGETHER, FRICTION = "bending and torsion", "isotropic"
 # Scenes of solid yarns that are stiffer and no thicker: what is stiffer, and the sweep of networks beside them
 STIFFER = {"both": TOGETHER, "torsion": "torsion alone", "bending": "bending and stretching"}
-INERTIA = re.compile(rf"inertia-({'|'.join(STIFFER)})-d(\d+)-(tie|isotropic)-course")
-ISOTROPIC = "inertia-both-d180-{}-course"  # the yarn of the base, which every sweep has
+INERTIA = re.compile(rf"inertia-({'|'.join(STIFFER)})-d(\d+)-(.*)")
+ISOTROPIC = "inertia-both-d180"  # the yarn of the base, which every sweep has
 
 
 def _mean_spin(contacts: xr.Dataset) -> float:
@@ -142,19 +142,20 @@ def _mean_spin(contacts: xr.Dataset) -> float:
 MEAN_SPIN = Column("mean spin", "deg", _mean_spin, of="contacts")
 
 
-def _solids(evidence: Evidence, stiffer: str, interaction: str) -> pd.DataFrame:
-    """Return the solid yarns of a sweep of `STIFFER` in rising order of their stiffness, by scene."""
+def _solids(evidence: Evidence, stiffer: str, interaction: str, end: str = "") -> pd.DataFrame:
+    """Return the solid yarns of a sweep of `STIFFER` in rising order of their stiffness, by scene.
+
+    `end` is that of the names of scenes of another discretisation.
+    """
+    case = f"{interaction}-course{end}"
     places = {name: INERTIA.fullmatch(name) for name in evidence.rows}
-    of = {
-        name: int(place[2])
+    diameters = {
+        name: place[2]
         for name, place in places.items()
-        if place
-        and place[3] == interaction
-        and (place[1] == stiffer or name == ISOTROPIC.format(interaction))
-        and evidence.has(name)
-        and evidence.has(name, "contacts")
+        if place and place[3] == case and (place[1] == stiffer or name == f"{ISOTROPIC}-{case}")
     }
-    names = sorted(of, key=lambda name: of[name])
+    run = [name for name in diameters if evidence.has(name) and evidence.has(name, "contacts")]
+    names = sorted(run, key=diameters.__getitem__)
     columns = {U_Z: LARGEST, SPIN: MEAN_SPIN}
     values = {head: [evidence.rows[name][column] for name in names] for head, column in columns.items()}
     return pd.DataFrame(values, index=names, columns=[*columns])
@@ -225,13 +226,18 @@ def moment_of_inertia(evidence: Evidence) -> Iterator[Row | Remark]:
 
     Solids decide where they are run: the springs of networks hold yarns together that open and slip in contact.
     """
-    solids = _solids(evidence, "both", FRICTION)
-    networks = _networks(evidence, TOGETHER)
+    solids, finer = (_solids(evidence, "both", FRICTION, end) for end in ("", "-p3"))
+    by_networks = [*_stiffer(_networks(evidence, TOGETHER), "networks")]
+    note = ""
     if len(solids) >= FEWEST:
-        yield from _stiffer(solids, "solids")
-        yield from (row.shown for row in _stiffer(networks, "networks"))
+        by_solids, by_finer = [*_stiffer(solids, "solids")], [*_stiffer(finer, "solids, next degree")]
+        if by_finer and worst(by_finer) != worst(by_solids):
+            note = "missing is agreement of the discretisations"
+            by_solids = [replace(row, grade=UNDECIDABLE) for row in by_solids]
+        yield from by_solids
+        yield from (row.shown for row in (*by_finer, *by_networks))
     else:
-        yield from _stiffer(networks, "networks")
+        yield from by_networks
     for kind, (stiffer, sweep) in product((FRICTION, "tie"), STIFFER.items()):
         of_solids = _solids(evidence, stiffer, kind)
         if (kind, sweep) != (FRICTION, TOGETHER):
@@ -240,13 +246,18 @@ def moment_of_inertia(evidence: Evidence) -> Iterator[Row | Remark]:
             yield _shares(_networks(evidence, sweep, interaction=kind), kind, sweep, "networks")
     yield _shares(_networks(evidence, "bending alone"), FRICTION, "bending alone", "networks")
     yield Remark(
-        f"stiffness of yarns of 1.2 to 1.95 mm at 1.8 mm; networks of beams with {_joints(evidence)}",
+        joined(
+            note,
+            f"stiffness of yarns of 1.2 to 1.95 mm at 1.8 mm; networks of beams with {_joints(evidence)}",
+        ),
         tuple(solids.index) if len(solids) >= FEWEST else (),
     )
 
 
 def _stiffer(values: pd.DataFrame, model: str) -> Iterator[Row]:
-    """Yield whether motion and spin fall, in rising order of the stiffness, and by how much."""
+    """Yield whether motion and spin fall, in rising order of the stiffness, and by how much; nothing of few yarns."""
+    if len(values) < FEWEST:
+        return
     for column, what in ((U_Z, "|u_z|"), (SPIN, "spin")):
         yield _trend(f"{what} falls, friction, {model}", values[column], -1, "falls")
         share = values[column].iloc[-1] / values[column].iloc[0]
