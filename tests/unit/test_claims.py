@@ -385,6 +385,23 @@ def with_harmless_ties(evidence, name):
     return with_direct(evidence, "untied", **{name: evidence.rows["isotropic"].history[name]})
 
 
+def test_networks_decide_k17_where_no_solids_are_run_and_nowhere_under_a_reading(evidence):
+    assert judge("K17", evidence).verdict == "reproduced"
+    judged = judge("K17", replace(evidence, base=evidence))
+    assert (judged.verdict, judged.note) == ("not yet run", "no stiffer yarns are run under this reading")
+
+
+def test_degrees_that_disagree_do_not_decide_k17(evidence):
+    """The next degree moves further with its stiffness."""
+    coarse, fine = (with_stiffer_solids(evidence, motion, 0.9).rows for motion in (0.9, 1.1))
+    finer = {
+        f"{name}-p3": row.named(f"{name}-p3") for name, row in fine.items() if name.startswith("inertia-")
+    }
+    judged = judge("K17", replace(evidence, rows={**coarse, **finer}))
+    assert judged.verdict == "undecidable"
+    assert judged.note.startswith("missing is agreement of the discretisations")
+
+
 def test_where_nothing_touches_there_are_no_normals_to_compare(evidence):
     contacts = evidence.rows["isotropic"].results["contacts"]
     judged = judge("R10", with_contacts(evidence, contacts.assign(zones=0 * contacts["zones"])))

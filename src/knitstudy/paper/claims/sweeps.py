@@ -227,6 +227,8 @@ def moment_of_inertia(evidence: Evidence) -> Iterator[Row | Remark]:
     Solids decide where they are run: the springs of networks hold yarns together that open and slip in contact.
     """
     solids, finer = (_solids(evidence, "both", FRICTION, end) for end in ("", "-p3"))
+    if len(solids) < FEWEST and evidence.base is not None:
+        raise NotRun("no stiffer yarns are run under this reading")
     by_networks = [*_stiffer(_networks(evidence, TOGETHER), "networks")]
     note = ""
     if len(solids) >= FEWEST:
