@@ -343,7 +343,7 @@ KEEPERS = {
 # All tables
 
 TARGETS = {
-    "mechanisms": ("reference/mechanisms.csv", 7),
+    "mechanisms": ("reference/mechanisms.csv", 12),
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
     "verify": ("verification.csv", 25),

@@ -457,7 +457,7 @@ def test_the_page_names_quantities_that_claims_have(evidence):
 def test_a_quantity_that_is_not_measured_is_named_and_not_committed():
     row = {"id": "K9", "verdict": "contradicted", "measured": "pairs | 97% | grows | reproduced"}
     text = "in {pairs}, not in {paris}"
-    assert with_values(text, row) == "in 97%, not in not measured in this study"
+    assert with_values(text, row) == "in 97%, not in [not measured in this study]"
     rules = pd.DataFrame([{"id": "K9", "explanation": text, "holds if": ""}])
     with refusal("'explanation' of K9 names 'paris', which is not measured; .* in braces: pairs"):
         require_measured(pd.DataFrame([row]), rules)

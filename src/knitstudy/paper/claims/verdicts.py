@@ -317,7 +317,7 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
 
 TEXTS = ("explanation", "holds if")  # Columns of the rules in which {quantity} is a value of this study
 QUANTITY = re.compile(r"\{([^{}]+)\}")
-NOT_MEASURED = "not measured in this study"
+NOT_MEASURED = "[not measured in this study]"
 
 
 def with_values(text: str, concluded: Mapping[str, str]) -> str:
