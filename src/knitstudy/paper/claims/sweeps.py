@@ -235,7 +235,10 @@ def moment_of_inertia(evidence: Evidence) -> Iterator[Row | Remark]:
         by_solids, by_finer = [*_stiffer(solids, "solids")], [*_stiffer(finer, "solids, next degree")]
         if by_finer and worst(by_finer) != worst(by_solids):
             note = "missing is agreement of the discretisations"
-            by_solids = [replace(row, grade=UNDECIDABLE) for row in by_solids]
+            by_solids = [
+                row if row.grade == other.grade else replace(row, grade=UNDECIDABLE)
+                for row, other in zip(by_solids, by_finer, strict=True)
+            ]
         yield from by_solids
         yield from (row.shown for row in (*by_finer, *by_networks))
     else:
