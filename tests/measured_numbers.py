@@ -8,11 +8,7 @@ UNIT = re.compile(r" ?(?:%|°|[munk]?m\b|R\b|d\b|k?N\b|[kMG]B\b|degrees|times|of
 
 
 def measured_numbers(text):
-    """Return the decimals of a text, and its numbers with their unit; references to the paper have none.
-
-    >>> sorted(measured_numbers("1.9 times, 7% of the pairs, 2 of 4, 3D networks of Fig. 11(b), section 2.6"))
-    ['1.9 times', '2 of 4', '7 %']
-    """
+    """Return the decimals of a text, and its numbers with their unit; references to the paper have none."""
     text = REFERENCE.sub("", text)
     units = ((match[0], UNIT.match(text, match.end())) for match in NUMBER.finditer(text))
     return {

@@ -78,6 +78,11 @@ CLAIM = re.compile(rf"\b({'|'.join(read_table(ROOT / 'resources/reference/paper_
 RESULTS = ROOT / "docs" / "reference" / "results.md"  # is generated
 
 
+def test_decimals_and_numbers_with_a_unit_may_be_measured():
+    text = "1.9 times, 7% of the pairs, 2 of 4, 0.45 here, 3D networks of Fig. 11(b), section 2.6, K5"
+    assert measured_numbers(text) == {"1.9 times", "7 %", "2 of 4", "0.45"}
+
+
 @pytest.mark.parametrize(
     "page", sorted({*PAGES[2:]} - {RESULTS}), ids=lambda page: str(page.relative_to(ROOT))
 )
