@@ -4,7 +4,7 @@ import re
 
 REFERENCE = re.compile(r"(?:Figs?|Tables?|Eqs?|section|Section)[. ]*\(?\d[\d.]*\)?(?: ?\([a-z]\))?")
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?!\w)")
-UNIT = re.compile(r" ?(?:%|°|[munk]?m\b|R\b|d\b|k?N\b|[kMG]B\b|degrees|times|of \d)")
+UNIT = re.compile(r" ?(?:%|°|[munk]?m\b|R\b|d\b|k?N\b|[kMG]B\b|degrees|times|of \d+)")
 
 
 def measured_numbers(text):
