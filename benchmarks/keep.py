@@ -28,7 +28,7 @@ from knitstudy.files import replacing, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims import GRADES, NOT_RUN
-from knitstudy.paper.claims.verdicts import counted
+from knitstudy.paper.claims.verdicts import cells_of, counted, require_measured
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
 from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
@@ -116,6 +116,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     table = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)).assign(
         digest=tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}"
     )
+    require_measured(table[table["id"].isin(claims)] if claims else table, read_table(reference["claims"]))
     unknown = set(claims) - set(table["id"])
     if unknown:
         raise DataFileError(f"{VERDICTS_KEPT}: there is no claim {', '.join(sorted(unknown))}")
@@ -194,7 +195,7 @@ def summarise(
     ----------
     template : Path
         Jinja2 template of the page. ``claims(letters)`` gives it the claims whose ids begin with one of some letters,
-        ``picture(name)`` a figure, or nothing where that is not drawn.
+        ``picture(name)`` a figure, or nothing where that is not drawn, ``measured(claim, quantity)`` a value.
     verdicts : DataFrame
         The verdicts, with the number of ``simulations`` behind them.
     readings : DataFrame
@@ -214,11 +215,20 @@ def summarise(
         shown.append(name)
         return f"![{name}]({folder}/{name}.webp)\n\n*{title}*"
 
+    def measured(claim: str, quantity: str) -> str:
+        lines = next(row["measured"] for row in rows if row["id"] == claim)
+        values = {name: ours for name, ours, *_ in cells_of(lines)}
+        if quantity not in values:
+            known = ", ".join(values)
+            raise DataFileError(f"{template}: {claim} has no quantity {quantity!r}; known are {known}")
+        return values[quantity]
+
     environment = ImmutableSandboxedEnvironment(
         undefined=jinja2.StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
     page = environment.from_string(template.read_text(encoding="utf-8")).render(
         picture=picture,
+        measured=measured,
         claims=lambda letters: [row for row in rows if row["id"][0] in letters],
         verdicts=rows,
         counted=counted(verdicts, verdicts),
@@ -333,7 +343,7 @@ KEEPERS = {
 # All tables
 
 TARGETS = {
-    "mechanisms": ("reference/mechanisms.csv", 7),
+    "mechanisms": ("reference/mechanisms.csv", 12),
     "loops": ("loops.csv", 8),
     "predictions": ("predictions.csv", 15),
     "verify": ("verification.csv", 25),

@@ -1,9 +1,10 @@
 """The two mechanisms that the paper gives for Fig. 11, by networks of beams in which one thing at a time is changed.
 
 ``python benchmarks/mechanisms.py`` (`make mechanisms`) keeps the networks in resources/reference/mechanisms.csv, by
-which claims K16 and K17 are judged. No key of a scene changes a lever alone, or the stiffness of a yarn of given
-diameter: networks are made here, of the parts that the 3D network is made of. Sections are those of straight rods; the
-springs of all networks are the averaged ones of the direct simulation with friction.
+which claims K16 and K17 are judged. No key of a scene changes a lever alone, or EI without EA: networks are made here,
+of the parts that the 3D network is made of. Sections are those of straight rods. Joints of ties are rigid, yield as
+tied areas do (patch), or let sections turn (pinned), as section 2.6 of the paper says. Springs are the averaged ones of
+the direct simulation with friction, beside pinned ties those of the paper's own elements and penalty.
 """
 
 from __future__ import annotations
@@ -28,6 +29,7 @@ from knitstudy.knit.geometry.loop import Loop
 from knitstudy.knit.geometry.optimise import optimise
 from knitstudy.knit.geometry.specimens import KNITS
 from knitstudy.knit.loading.solve import Reported, settings_of, solve_load_path
+from knitstudy.knit.models.rom3d.build import PIN
 from knitstudy.knit.scene.documents import RESOURCES
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.knit.scene.sections import Yarn
@@ -45,21 +47,24 @@ from knitstudy.mechanics.beams.beam import BeamSection
 from knitstudy.mechanics.beams.beam_model import BeamModel
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.mechanics.core.increment import Increment
+from knitstudy.paper.sweeps import HELD
 from knitstudy.run.behaviour import group_of
 from knitstudy.run.committed_tables import keep_table
 from knitstudy.run.configuration import load_scene
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import simulate
 
+RUNS = "runs"  # Folder of the solids, unless the study has them
 KEPT = RESOURCES / "reference" / "mechanisms.csv"
-SCENE, SOLIDS = (
-    "rom3d-tie-course",
-    "yarns-isotropic-course",
-)  # of the knit, its load and beams; of the springs
-INTERACTIONS, JOINTS = ("isotropic", "tie"), ("rigid", "patch")
+SCENE = "rom3d-tie-course"  # of the knit, its load and beams
+INTERACTIONS = ("isotropic", "tie")
+# Of the springs, by the joints of ties
+SOLIDS = dict.fromkeys(("rigid", "patch"), "yarns-isotropic-course")
+SOLIDS |= {"pinned": "reading-as-printed-yarns-isotropic-course"}
 DIAMETERS = (1.2, 1.35, 1.5, 1.65, 1.8, 1.95)  # whose stiffness yarns of 1.8 mm are given [mm]
 DRAWN = 1.8  # [mm]
 RATIOS = (0.75, 0.8, 0.85, 0.9, 0.95, 1.0)  # course spacing over the drawn one
+WIDER = (0.8, 0.9, 1.0, 1.1, 1.2)  # the same where the wale spacing or the yarn in a loop is held
 LEG = 4e-3  # Control points of a loop nearer to the middle of its legs move by their share of this height [m]
 
 
@@ -84,28 +89,28 @@ class Stiffness:
 
     bending: float = 1.0
     torsion: float = 1.0
+    stretching: float = 1.0
 
     def section(self, yarn: Yarn, length: float) -> BeamSection:
-        """Return the section of beams of a length [m]; their stiffness in stretching and shear is that of the yarn."""
+        """Return the section of beams of a length [m]; their stiffness in shear is that of the yarn."""
         base = BeamSection.circular(yarn.diameter, yarn.youngs_modulus, yarn.poisson_ratio)
         shear = base.kGA / (1 + base.slenderness * length**2 * base.EA / (12 * base.EI))
-        return BeamSection(base.EA, shear, self.bending * base.EI, self.torsion * base.GJ)
+        return BeamSection(self.stretching * base.EA, shear, self.bending * base.EI, self.torsion * base.GJ)
 
 
 class Networks:
-    """Knits of one scene as networks of beams, with springs or ties of the base."""
+    """Knits of one scene as networks of beams, with springs or ties."""
 
-    def __init__(self, stiffness: Floats | None = None) -> None:
+    def __init__(self) -> None:
         self.scene = load_scene(SCENE)
         self.base = fabric_of(lay_out(self.scene))
-        self.given = stiffness
 
     @cached_property
-    def springs(self) -> Floats:
-        """Averaged stiffness (3,) of the springs [N/m], for which the solids are simulated unless it is given."""
-        if self.given is not None:
-            return self.given
-        return springs(simulate(load_scene(SOLIDS), plan=Plan.of()).contacts, "interface").averaged
+    def springs(self) -> dict[str, Floats]:
+        """Averaged stiffness (3,) of the springs [N/m] by the joints of ties; their solids are simulated or found."""
+        plan = Plan.of()
+        contacts = {name: simulate(load_scene(name), RUNS, plan=plan).contacts for name in SOLIDS.values()}
+        return {joint: springs(contacts[name], "interface").averaged for joint, name in SOLIDS.items()}
 
     @cached_property
     def levers(self) -> tuple[float, float]:
@@ -123,10 +128,12 @@ class Networks:
         joints = CrossingJoints.all_tied(len(tied))
         if touching:
             axes = spring_axes(contacts["normal"].to_numpy(), "local")
-            matrices = np.einsum("a,kai,kaj->kij", self.springs, axes, axes)
+            matrices = np.einsum("a,kai,kaj->kij", self.springs[joint], axes, axes)
             joints = replace(joints, stiffness=np.where(tied[:, None, None], np.nan, matrices))
         if joint == "patch":
             joints = joints.pinned(patch_stiffness(fabric, points, contacts, yarn))
+        elif joint == "pinned":
+            joints = joints.pinned(PIN * yarn.youngs_modulus * yarn.radius)
         stops = fabric.grip_ends(scene.load.direction)
         network = spatial_network(fabric, points, scene.mesh.beam_size, "rigid", joints, stops)
         section = stiffness.section(yarn, scene.mesh.beam_size * yarn.radius)
@@ -176,9 +183,18 @@ class Networks:
             yield "bending and torsion", diameter, lambda: self.base, Stiffness(factor, factor)
             yield "torsion alone", diameter, lambda: self.base, Stiffness(torsion=factor)
             yield "bending alone", diameter, lambda: self.base, Stiffness(bending=factor)
+            # As a modulus along the yarn changes them, in solids
+            with_length = Stiffness(bending=factor, stretching=factor)
+            yield "bending and stretching", diameter, lambda: self.base, with_length
         for ratio in RATIOS:
             scene = self.scene.vary({"pattern.course_ratio": ratio})
-            yield "spacing, drawn shape", ratio, partial(laid_out, scene), Stiffness()
+            yield f"spacing, {HELD['shape']}", ratio, partial(laid_out, scene), Stiffness()
+        for keep in ("wale_spacing", "length"):
+            free = ["xyz"] * len(self.scene.pattern.control_points)
+            scene = self.scene.vary({"pattern.keep": keep, "geometry.free": free})
+            for ratio in WIDER:
+                scene = scene.vary({"pattern.course_ratio": ratio})
+                yield f"spacing, {HELD[keep]}", ratio, partial(laid_out, scene), Stiffness()
         for wider in (-2e-3, -1e-3, 0.0, 1e-3, 2e-3):
             yield "spacing, inner lever fixed", 1e3 * wider, partial(self.with_lever, 0, wider), Stiffness()
         for wider in (0.0, 0.5e-3, 1e-3, 1.5e-3, 2e-3, 3e-3):
@@ -194,7 +210,7 @@ class Networks:
             inner, outer = levers(fabric)
             place = {"sweep": sweep, "value": value, "course spacing [m]": inner + outer}
             place |= {"inner lever [m]": inner, "outer lever [m]": outer}
-            for interaction, joint in product(INTERACTIONS, JOINTS):
+            for interaction, joint in product(INTERACTIONS, SOLIDS):
                 kind = {"interaction": interaction, "joint": joint}
                 rows.append(place | kind | self.pull(fabric, interaction, joint, stiffness))
         return pd.DataFrame(rows)
@@ -220,5 +236,7 @@ if __name__ == "__main__":
         table = Networks().table()
     except KnitstudyError as error:
         sys.exit(f"error: {error}")
-    keep_table(table, KEPT, "make mechanisms", {group_of(load_scene(name)) for name in (SCENE, SOLIDS)})
+    keep_table(
+        table, KEPT, "make mechanisms", {group_of(load_scene(name)) for name in (SCENE, *SOLIDS.values())}
+    )
     print(f"{len(table)} networks: {KEPT}")

@@ -1,5 +1,7 @@
 """A whole study, made up: four cases of tension with all models, and made-up results of each."""
 
+from itertools import product
+
 import numpy as np
 import pandas as pd
 import synthetic
@@ -209,15 +211,16 @@ def mechanisms():
 
     def add(sweep, values, inner, outer):
         for value, low, high in zip(values, inner + 0 * values, outer + 0 * values, strict=True):
-            for kind in ("isotropic", "tie"):
-                stiff = 1.2 / value if "alone" in sweep or "torsion" in sweep else 1.0
+            for kind, joint in product(("isotropic", "tie"), ("rigid", "pinned")):
+                stiff = 1.2 / value if "alone" in sweep or "bending" in sweep else 1.0
                 motion = 1e-4 * stiff * (high - 0.2 * (low + high))
-                place = (low + high, low, high, kind, "rigid", motion, stiff)
+                place = (low + high, low, high, kind, joint, motion, stiff)
                 rows.append((sweep, value, *place))
 
-    for sweep in ("bending and torsion", "torsion alone", "bending alone"):
+    for sweep in ("bending and torsion", "torsion alone", "bending alone", "bending and stretching"):
         add(sweep, np.linspace(1.2, 1.95, 6), 4.0, 9.0)
-    add("spacing, drawn shape", steps, 4.0 + 0.3 * steps, 9.0 + 0.7 * steps)
+    for held in ("drawn shape", "wale spacing", "yarn in a loop"):
+        add(f"spacing, {held} held", steps, 4.0 + 0.3 * steps, 9.0 + 0.7 * steps)
     add("spacing, inner lever fixed", steps, 4.0, 9.0 + steps)
     add("spacing, outer lever fixed", steps, 4.0 + steps, 9.0)
     add("levers, spacing fixed", steps, 4.0 + steps, 9.0 - steps)

@@ -1,6 +1,8 @@
 """Verdicts turn with the numbers, and are withheld where the study is not the paper's."""
 
+import re
 from dataclasses import fields, replace
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,8 @@ import study
 import synthetic
 import xarray as xr
 import yaml
+from measured_numbers import measured_numbers
+from refusals import refusal
 
 from knitstudy.knit.contacts.contacts import extract
 from knitstudy.knit.geometry.lay_out import initial_loop
@@ -20,7 +24,19 @@ from knitstudy.paper.claims import CLAIMS, at_least, at_most
 from knitstudy.paper.claims.contact import asymmetry
 from knitstudy.paper.claims.evidence import evidence_of, judge
 from knitstudy.paper.claims.fabric import PAPERS_MESH
-from knitstudy.paper.claims.verdicts import BY_OTHERS, Reading, conclude, findings, under_readings
+from knitstudy.paper.claims.sweeps import STIFFER
+from knitstudy.paper.claims.verdicts import (
+    BY_OTHERS,
+    QUANTITY,
+    TEXTS,
+    Reading,
+    cells_of,
+    conclude,
+    findings,
+    require_measured,
+    under_readings,
+    with_values,
+)
 from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
@@ -349,9 +365,39 @@ def with_other_networks(evidence, sweep, column, power):
     return replace(evidence, mechanisms=table)
 
 
+def with_stiffer_solids(evidence, motion, spin):
+    """Return the evidence with solid yarns of growing stiffness, each with a factor of motion and spin."""
+    row, rows = evidence.rows["isotropic"], {}
+    moved, contacts = row.history["centreline_displacement"], row.results["contacts"]
+    for number, diameter in enumerate((120, 135, 150, 165, 180, 195)):
+        results = {
+            "simulation": row.history.assign(centreline_displacement=motion**number * moved),
+            "contacts": contacts.assign(spin=spin**number * contacts["contact_spin"].fillna(0)),
+        }
+        for stiffer, end in product(STIFFER, ("isotropic-course", "isotropic-course-p3", "tie-course")):
+            name = f"inertia-{stiffer}-d{diameter}-{end}"
+            rows[name] = row.with_results(**results).named(name)
+    return replace(evidence, rows={**evidence.rows, **rows})
+
+
 def with_harmless_ties(evidence, name):
     """Return the evidence in which untied rows change nothing of one variable."""
     return with_direct(evidence, "untied", **{name: evidence.rows["isotropic"].history[name]})
+
+
+def test_networks_decide_k17_where_no_solids_are_run_and_nowhere_under_a_reading(evidence):
+    assert judge("K17", evidence).verdict == "reproduced"
+    judged = judge("K17", replace(evidence, base=evidence))
+    assert (judged.verdict, judged.note) == ("not yet run", "no stiffer yarns are run under this reading")
+
+
+def test_degrees_that_disagree_do_not_decide_k17(evidence):
+    """The next degree moves further with its stiffness."""
+    coarse, fine = (with_stiffer_solids(evidence, motion, 0.9).rows for motion in (0.9, 1.1))
+    finer = {name: row for name, row in fine.items() if name.endswith("-isotropic-course-p3")}
+    judged = judge("K17", replace(evidence, rows={**coarse, **finer}))
+    assert judged.verdict == "undecidable"
+    assert judged.note.startswith("missing is agreement of the discretisations")
 
 
 def test_where_nothing_touches_there_are_no_normals_to_compare(evidence):
@@ -374,6 +420,58 @@ def test_a_test_that_nothing_contradicts_does_not_count_where_it_holds(evidence)
     for claim, why, count in (("R4", "nothing contradicts it", 2), ("R5", "true by construction", 2)):
         uncounted = [row for row in judge(claim, evidence).rows if row.grade and not row.tested]
         assert [row.grade for row in uncounted] == count * [f"holds, not counted: {why}"]
+
+
+RESOURCES = Path(__file__).parents[2] / "resources"
+RULES = pd.read_csv(RESOURCES / "reference" / "paper_claims.csv").fillna("").set_index("id", drop=False)
+COMMITTED = pd.read_csv(RESOURCES / "verdicts.csv").fillna("").set_index("id")["measured"]
+# Numbers of texts that are no quantity of their claim
+GIVEN = {
+    "B1": {"0.05 %"},  # docs/notes/beams.md
+    "K11": {"1 %", "1.16", "2.2 %"},  # docs/notes/sensitivity.md
+    "K12": {"50 %"},  # shares of the motion at which the order was looked at
+    "M3": {"48 degrees"},  # by Table 4; the table of angles has all differences
+}
+BY_HAND = {"S2", "S3", "R5", "R9"}  # whose texts compare with numbers that no row has
+
+
+@pytest.mark.parametrize("claim", RULES["id"])
+def test_texts_name_quantities_that_their_claims_have(evidence, claim):
+    """Of the committed verdicts, or of made-up evidence where they are older than a quantity."""
+    known = {row.quantity for row in judge(claim, with_stiffer_solids(evidence, 0.9, 0.9)).rows}
+    known |= {quantity for quantity, *_ in cells_of(COMMITTED.get(claim, ""))} | {"readings"}
+    named = {name for column in TEXTS for name in QUANTITY.findall(RULES.loc[claim, column])}
+    assert named <= known
+
+
+def test_the_page_names_quantities_that_claims_have(evidence):
+    page = (RESOURCES.parent / "workflow" / "report" / "results.md").read_text(encoding="utf-8")
+    named = re.findall(r'measured\("(\w+)", "([^"]+)"\)', page)
+    assert named
+    for claim, quantity in named:
+        assert quantity in {row.quantity for row in judge(claim, evidence).rows}, claim
+
+
+def test_a_quantity_that_is_not_measured_is_named_and_not_committed():
+    row = {"id": "K9", "verdict": "contradicted", "measured": "pairs | 97% | grows | reproduced"}
+    text = "in {pairs}, not in {paris}"
+    assert with_values(text, row) == "in 97%, not in [not measured in this study]"
+    rules = pd.DataFrame([{"id": "K9", "explanation": text, "holds if": ""}])
+    with refusal("'explanation' of K9 names 'paris', which is not measured; .* in braces: pairs"):
+        require_measured(pd.DataFrame([row]), rules)
+    require_measured(pd.DataFrame([row | {"verdict": "not yet run"}]), rules)
+
+
+@pytest.mark.parametrize("claim", sorted(set(RULES["id"]) - BY_HAND))
+def test_no_text_has_a_measured_number_by_hand(claim):
+    """A number is part of the rule, of a reading or of the name of a quantity, or of the paper; else {a quantity}."""
+    row = RULES.loc[claim]
+    readings = pd.read_csv(RESOURCES / "reference" / "readings.csv").fillna("")
+    names = [text for name, _, paper, _ in cells_of(COMMITTED.get(claim, "")) for text in (name, paper)]
+    known = measured_numbers("; ".join(map(str, [*row.drop([*TEXTS]), *readings.to_numpy().ravel(), *names])))
+    known |= {"5 %"}  # strain of the paper
+    known |= {number.partition(" ")[0] for number in known if "." in number} | GIVEN.get(claim, set())
+    assert {number for column in TEXTS for number in measured_numbers(QUANTITY.sub("", row[column]))} <= known
 
 
 VERDICTS = yaml.safe_load(Path(__file__).with_name("verdicts.yaml").read_text())

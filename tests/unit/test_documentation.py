@@ -8,8 +8,10 @@ from pathlib import Path
 
 import pytest
 from importlinter.cli import lint_imports
+from measured_numbers import measured_numbers
 
 import knitstudy
+from knitstudy.datasets import read_table
 from knitstudy.knit.scene.alternatives import OTHER_WAYS
 from knitstudy.knit.scene.kinds import Labels, all_sections, role_of
 from knitstudy.measures.reference import HOW_FAR, physics_of
@@ -70,6 +72,24 @@ def test_texts_name_modules_and_keys_that_are_there(page):
 def test_every_link_leads_somewhere(page):
     for path in LINK.findall(page.read_text(encoding="utf-8")):
         assert (page.parent / path).exists(), path
+
+
+CLAIM = re.compile(rf"\b({'|'.join(read_table(ROOT / 'resources/reference/paper_claims.csv')['id'])})\b")
+RESULTS = ROOT / "docs" / "reference" / "results.md"  # is generated
+
+
+def test_decimals_and_numbers_with_a_unit_may_be_measured():
+    text = "1.9 times, 7% of the pairs, 2 of 4, 0.45 here, 3D networks of Fig. 11(b), section 2.6, K5"
+    assert measured_numbers(text) == {"1.9 times", "7 %", "2 of 4", "0.45"}
+
+
+@pytest.mark.parametrize(
+    "page", sorted({*PAGES[2:]} - {RESULTS}), ids=lambda page: str(page.relative_to(ROOT))
+)
+def test_pages_link_to_the_numbers_of_claims(page):
+    """Verdicts are made again, and pages are not: a line that names a claim has no measured number."""
+    lines = page.read_text(encoding="utf-8").splitlines()
+    assert not [line for line in lines if CLAIM.search(line) and measured_numbers(line)]
 
 
 ANCHOR = re.compile(r"\]\(([^):\s]*)#([^)\s]+)\)")

@@ -34,7 +34,7 @@ from knitstudy.run.catalogue import Datasets, Scenes, one, several
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
 _SOLIDS = of_cases((*CASES, "rough-course", "rough-wale"), (*SOLIDS, *OTHER_SOLIDS))
-_VARIED = ("yarns-untied-course-p3", "inputs-*", "reading-*")
+_VARIED = ("yarns-untied-course-p3", "inputs-*", "inertia-*", "reading-*")
 _STRESSED = [name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))]
 # Sources of figures and tables of findings (`run.catalogue.Display`), of which `evidence_of` makes the evidence
 SOURCES = {

@@ -371,6 +371,47 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
     return added | {"verdict": UNDECIDABLE, "note": note}
 
 
+# ---- Texts of rules, whose numbers are those of the study
+
+TEXTS = ("explanation", "holds if")  # Columns of the rules in which {quantity} is a value of this study
+QUANTITY = re.compile(r"\{([^{}]+)\}")
+NOT_MEASURED = "[not measured in this study]"
+
+
+def with_values(text: str, concluded: Mapping[str, str]) -> str:
+    """Return a text of a rule with the values of the quantities that it names in braces (`quantities_of`).
+
+    >>> with_values("it grows ({pairs})", {"measured": "pairs | 97% of 15 pairs | grows | reproduced"})
+    'it grows (97% of 15 pairs)'
+    """
+    values = quantities_of(concluded)
+    return QUANTITY.sub(lambda named: values.get(named[1]) or NOT_MEASURED, text)
+
+
+def quantities_of(concluded: Mapping[str, str]) -> dict[str, str]:
+    """Return the values of this study by quantity: all that is measured for a claim, and its ``readings``."""
+    values = {quantity: ours for quantity, ours, *_ in cells_of(concluded["measured"])}
+    return values | {"readings": concluded.get("readings", "")}
+
+
+def require_measured(verdicts: pd.DataFrame, rules: pd.DataFrame) -> None:
+    """Refuse verdicts whose rules name quantities that are not measured: a committed page has all its numbers.
+
+    Raises DataFileError, which names the claim, the quantity, and those that are measured.
+    """
+    known = {row["id"]: quantities_of(row) for row in verdicts.fillna("").to_dict("records")}
+    decided = verdicts.loc[verdicts["verdict"] != NOT_RUN, "id"]
+    for rule in rules[rules["id"].isin(decided)].fillna("").to_dict("records"):
+        values = known[rule["id"]]
+        named = [(column, name) for column in TEXTS for name in QUANTITY.findall(rule[column])]
+        for column, name in named:
+            if not values.get(name):
+                raise DataFileError(
+                    f"paper_claims.csv: {column!r} of {rule['id']} names {name!r}, which is not measured; "
+                    f"write one of these in braces: {'; '.join(filter(values.get, values))}"
+                )
+
+
 # ---- How many claims are reproduced, and by which rules
 
 COUNTS = "yes"  # In the column of that name; others say why they do not count

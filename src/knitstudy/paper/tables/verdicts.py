@@ -33,7 +33,8 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
     """Return every claim of the paper with its rule, the measured rows, and the verdict, which is computed.
 
     The columns `quantity`, `ours` and `paper` hold the first row of the claim. The column `measured` holds all rows,
-    one row a line: quantity, value of this study, value of the paper, grade. Columns that rows of the rules have beside
+    one row a line: quantity, value of this study, value of the paper, grade. Texts of the rules have the values of the
+    quantities that they name in braces. Columns that rows of the rules have beside
     those named here come last.
 
     Raises ConfigurationError when a claim has no rule.
@@ -45,9 +46,12 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
             f"claim {lacking[0]!r} has no rule by which it is judged; known are {', '.join(known)}: take it out of "
             "resources/reference/paper_claims.csv, or give it one in knitstudy.paper.claims"
         )
-    rules = zip(claims["id"], claims["uncertainty"], strict=True)
     printed = found.as_printed(findings, readings)
-    concluded = [found.conclude(claim, uncertainty, findings, under, printed) for claim, uncertainty in rules]
+    concluded = []
+    for rule in claims.fillna("").to_dict("records"):
+        row = found.conclude(rule["id"], rule["uncertainty"], findings, under, printed)
+        texts = {name: found.with_values(rule[name], row) for name in found.TEXTS}
+        concluded.append(row | texts)
     columns = pd.DataFrame(concluded, index=claims.index).to_dict("series")
     table = claims.rename(columns={"fixed": "rule fixed"}).assign(**columns)
     return table[[*COLUMNS, *(name for name in table if name not in COLUMNS)]]
