@@ -51,6 +51,11 @@ class Estimate:
         """Whether the value is larger than another; None where both uncertainties together leave that open."""
         return Estimate(self.value - other.value, self.uncertainty + other.uncertainty).above(0.0)
 
+    def over(self, other: Estimate) -> Estimate:
+        """Return the ratio to another; both relative uncertainties add."""
+        off = self.uncertainty / self.value + other.uncertainty / other.value
+        return Estimate(self.value / other.value, off * self.value / other.value)
+
     def __str__(self) -> str:
         if not self.known:
             return NONE
