@@ -52,7 +52,11 @@ class Estimate:
         return Estimate(self.value - other.value, self.uncertainty + other.uncertainty).above(0.0)
 
     def over(self, other: Estimate) -> Estimate:
-        """Return the ratio to another; both relative uncertainties add."""
+        """Return the ratio to another; both relative uncertainties add.
+
+        >>> Estimate(3.0, 0.75).over(Estimate(2.0, 0.5))
+        Estimate(value=1.5, uncertainty=0.75)
+        """
         off = self.uncertainty / self.value + other.uncertainty / other.value
         return Estimate(self.value / other.value, off * self.value / other.value)
 
