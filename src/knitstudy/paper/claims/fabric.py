@@ -404,12 +404,14 @@ def _flows(evidence: Evidence) -> Iterator[tuple[str, str, dict[str, Flow]]]:
 
 def _of_flows(evidence: Evidence, test: Callable[[str, Flow], Row]) -> Iterator[Row | Remark]:
     """Yield a test of the flow of stress in both tensions, open where the meanings of the flow decide it otherwise."""
-    scenes = []
+    scenes, found = [], []
     for way, scene, flows in _flows(evidence):
-        rows = [test(f"{way} tension, {meaning}", flow) for meaning, flow in flows.items()]
-        yield from by_meanings(rows)
+        found += by_meanings([test(f"{way} tension, {meaning}", flow) for meaning, flow in flows.items()])
         scenes.append(scene)
-    yield Remark("missing is whether Fig. 13 shows means of sections or points of the yarn", tuple(scenes))
+    yield from found
+    undecided = any(row.grade == UNDECIDABLE for row in found)
+    note = "missing is whether Fig. 13 shows means of sections or points of the yarn" if undecided else ""
+    yield Remark(note, tuple(scenes))
 
 
 @CLAIMS.add("M4", worst_first=True)

@@ -19,6 +19,7 @@ from knitstudy.paper.claims import (
     COMPARABLE,
     GOOD,
     MUCH,
+    UNDECIDABLE,
     NotRun,
     Remark,
     Row,
@@ -243,7 +244,7 @@ def _between_normals(evidence: Evidence) -> dict[str, Floats]:
 @CLAIMS.add("R11", worst_first=True)
 def shared_nodes(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that both yarns of a tied crossing turn as one, as beams do that share a node."""
-    scenes, shown = [], []
+    scenes, found, shown = [], [], []
     for way in ("course", "wale"):
         pulled = evidence.pulled_in(way)
         tests = []
@@ -253,19 +254,19 @@ def shared_nodes(evidence: Evidence) -> Iterator[Row | Remark]:
             name = f"turn of tied yarns against each other over their own {words}, {way} tension"
             text = f"{share:.2f} ({apart:.1f}° over {turned:.1f}°)"
             tests.append(at_most(name, share, "0", GOOD, sense=1.0, text=text))
-        yield from by_meanings(tests)
+        found += by_meanings(tests)
         scenes.append(pulled.direct["tie"])
         if pulled.has(pulled.direct.get("isotropic", ""), "contacts"):
             texts = ["{:.1f}° over {:.1f}°".format(*_turns(pulled, "isotropic", axes)) for axes in TURNS]
             shown.append(Row(f"the same with friction, {way} tension", "; ".join(texts)))
-    yield from shown
+    yield from (*found, *shown)
     for case in evidence.cases:
         if case.interaction == "tie" and "rom2d" in case.main:
             force = f"{case.ratio(case.main['rom2d'])}"
             yield Row(f"force of the 2D ROM over the reference, {case.label}", force)
-    yield Remark(
-        "missing is whether turns out of the plane count, which a plane network has not", tuple(scenes)
-    )
+    undecided = any(row.grade == UNDECIDABLE for row in found)
+    note = "missing is whether turns out of the plane count, which a plane network does not have"
+    yield Remark(note if undecided else "", tuple(scenes))
 
 
 def _turns(evidence: Evidence, kind: str, axes: tuple[int, ...]) -> tuple[float, float]:
