@@ -15,13 +15,15 @@ FORCE = {"tie": 12.0, "isotropic": 10.0}
 LIFT = {"tie": 2e-4, "isotropic": 4e-4}
 """Force [N] and out-of-plane displacement [m] of direct simulations at full load."""
 
+STRAIGHT = {"mesh.section_law": "straight"}
+
 MODELS = {
     "dns-{}": ({"fidelity": "hexahedra", "mesh.size": 1 / 3}, 1.0, 1.0),
     "dns-{}-medium": ({"fidelity": "hexahedra", "mesh.size": 0.5}, 1.02, 1.0),
-    "rom3d-{}": ({"fidelity": "rom3d", "rom.joint": "rigid"}, 1.2, 0.75),
+    "rom3d-{}": ({"fidelity": "rom3d", "rom.joint": "rigid", **STRAIGHT}, 1.2, 0.75),
     "rom2d-{}": ({"fidelity": "rom2d"}, 2.0, 0.0),
-    "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed"}, 1.5, 0.5),
-    "rom3d-pinned-{}": ({"fidelity": "rom3d", "rom.joint": "pinned"}, 1.1, 0.9),
+    "rom3d-printed-{}": ({"fidelity": "rom3d", "rom.joint": "printed", **STRAIGHT}, 1.5, 0.5),
+    "rom3d-pinned-{}": ({"fidelity": "rom3d", "rom.joint": "pinned", **STRAIGHT}, 1.1, 0.9),
     "rom2d-doubled-{}": ({"fidelity": "rom2d", "rom.section": "doubled"}, 2.5, 0.0),
     "beam-{}": ({"fidelity": "beam", "beam.section": "rigid", "beam.tie": "rigid"}, 0.9, 1.0),
     "beam-pinned-{}": ({"fidelity": "beam", "beam.section": "rigid", "beam.tie": "pinned"}, 0.7, 1.0),

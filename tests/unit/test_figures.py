@@ -109,6 +109,10 @@ def results(knit, plain_scene, touching, paper, cases):
     own["fig06_joints"] = tied | {"rom3d": synthetic.history_of(knit)}
     own["fig12_size_and_beams"] = friction | {"dns": curve()}
     judged = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"]), "scenes": inputs}
+    networks = {name: each for name, each in every.items() if name.startswith("rom3d-")}
+    direct = {name: each for name, each in every.items() if name.startswith("dns-")}
+    joints = TABLES.make("joints", networks=networks, solids=direct, scenes=cases)
+    own["fig_joints"] = tied | {"joints": joints}
     own["fig_readings"] = tied | {"findings": TABLES.make("findings", **judged)}
     return lambda name: own.get(name, tied)
 

@@ -206,6 +206,22 @@ def test_distances_of_all_models_from_the_reference(every, cases, reference):
     assert other_mesh["discretisation"] == "one-point hexahedra of 0.45 mm"
 
 
+def test_networks_are_compared_with_the_solids_whose_contacts_they_have(every, cases):
+    """A network of 1.2 times the force of its solids at all strains is 0.2 away from them."""
+    solids = {name: each for name, each in every.items() if name.startswith("dns-") and "medium" not in name}
+    networks = {name: each for name, each in every.items() if name.startswith("rom3d-")}
+    table = TABLES.make("joints", networks=networks, solids=solids, scenes=cases).set_index("scene")
+    assert list(table.loc[table["case"] == "tie constraint, course", "joints"]) == [
+        "separated",
+        "rigid arms",
+        "pinned",
+    ]
+    assert table.loc["rom3d-tie-wale", "L2 distance of force to the solids' [1]"] == pytest.approx(0.2)
+    assert table.loc["rom3d-printed-isotropic-wale", "force over the solids' [1]"] == pytest.approx(1.5)
+    assert table.loc["rom3d-tie-wale", "springs"] == "none"
+    assert table.loc["rom3d-isotropic-wale", "springs"] == "own"
+
+
 def test_responses_by_hand(every, cases):
     """10 N at 5 % of a specimen that is 10 mm long: its displacement is 0.5 mm."""
     table = TABLES.make("responses", every=every, scenes=cases).set_index("scene")

@@ -43,7 +43,7 @@ WORDS = {
     "patch": "yielding joints",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
-    "straight": "sections of straight rods",
+    "curved": "sections of curved rods",
     "resultant": "normals with friction",
     "mean_resultant": "shared normals with friction",
     "mean_normal_resultant": "shared normals",

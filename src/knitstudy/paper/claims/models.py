@@ -13,7 +13,7 @@ from knitstudy.measures.centre_cell import centre_cell
 from knitstudy.measures.estimate import UNKNOWN, Estimate
 from knitstudy.measures.reference import made_of
 from knitstudy.mechanics.core.arrays import Floats
-from knitstudy.paper.cases import REPORTED, Case, label_of, plain
+from knitstudy.paper.cases import REPORTED, Case, label_of
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
@@ -378,10 +378,10 @@ def beams(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that beams in contact at one point of a crossing, with rigid sections, are softer than solids."""
     lacking = "the study has no beams in contact beside solids in course tension"
     case = _case(lacking, evidence, "isotropic")
-    if not (simplest := plain(case.beams)):
+    beams = next((row for row in case.beams if row.scene.value("beam.section") == "rigid"), None)
+    if beams is None:
         raise NotRun(lacking)
-    beams = simplest[0]
-    ties = simplest[0].scene.value("contact.tied_edges")
+    ties = beams.scene.value("contact.tied_edges")
     if ties != case.dns.scene.value("contact.tied_edges"):
         raise NotRun("the study has no solids whose rows are tied as those of the beams")
     _require_reference(case)

@@ -51,16 +51,25 @@ class Reading:
     choice: str = ""  # Choice that the reading decides: readings of one choice exclude each other
     reading: str = "base"  # in words
     base: str = ""  # the choice of the base, in words
-    against: str = ""  # what the paper prints for the base
+    against: str = ""  # what the paper prints for the base, and so against the reading
     changes: str = ""
     becomes: str = ""
     held: str = "shape"  # as in `Evidence`, like the next two
     axes: str = "local"
     normal: str = "normal_resultant"
     favour: str = ""  # what the paper prints for the reading
+    within: str = ""  # another reading, which is taken as well and changes names of scenes first
+    outer: Reading | None = None  # that of the name `within`
+
+    @property
+    def left_open(self) -> bool:
+        """Whether the paper prints nothing for the reading and nothing for the base."""
+        return self.kind != PRINTED and not (self.favour or self.against)
 
     def scene_of(self, name: str) -> str:
         """Return the name of the scene that judges in place of one of the base."""
+        if self.outer:
+            name = self.outer.scene_of(name)
         return re.sub(self.changes, self.becomes, name, count=1) if self.changes else name
 
     def evidence(self, base: Evidence) -> Evidence | None:
@@ -86,8 +95,12 @@ class Reading:
 
 
 def _of_other_inputs(instead: Mapping[str, str]) -> dict[str, str]:
-    """Return the scenes that other inputs replace, and solid yarns; other models have the base's inputs."""
-    return {name: new for name, new in instead.items() if new != name or name.startswith("yarns-")}
+    """Return the scenes that other inputs replace, and those of cases that have the same inputs as before."""
+    solids = {f"yarns-{case}": case for case in (*CASES, "rough-course", "rough-wale")}
+    changed = {case for name, case in solids.items() if instead.get(name, name) != name}
+    return {
+        name: new for name, new in instead.items() if new != name or not any(case in name for case in changed)
+    }
 
 
 def _geometry_of(knits: set[str], base: Evidence) -> xr.Dataset | None:
@@ -101,12 +114,19 @@ def _geometry_of(knits: set[str], base: Evidence) -> xr.Dataset | None:
 
 def readings_of(table: pd.DataFrame) -> list[Reading]:
     """Return the base and all readings of a table; DataFileError when a column is missing."""
-    names = [field.name for field in fields(Reading)]
+    names = [field.name for field in fields(Reading) if field.name != "outer"]
     if missing := [name for name in names if name not in table]:
         raise DataFileError(
             f"the table of readings has no column {missing[0]!r}; needed are {', '.join(names)}"
         )
-    return [Reading(), *(Reading(*row) for row in table[names].fillna("").itertuples(index=False))]
+    found = {"": Reading()}
+    for row in table[names].fillna("").to_dict("records"):
+        if row["within"] not in found:
+            raise DataFileError(
+                f"reading {row['name']!r} is within {row['within']!r}, which no row before it has as its name"
+            )
+        found[row["name"]] = Reading(**row, outer=found[row["within"]] if row["within"] else None)
+    return list(found.values())
 
 
 # ---- Findings: every claim judged under every reading, once
@@ -208,10 +228,12 @@ def under_readings(
     return found
 
 
-def as_printed(findings: pd.DataFrame, readings: pd.DataFrame) -> Finding | None:
-    """Return the finding of everything as the paper prints it; None where the table has no such reading."""
-    _, *found = under_readings(findings, readings, (PRINTED,))
-    return found[0] if found else None
+def as_printed(findings: pd.DataFrame, readings: pd.DataFrame) -> list[Finding]:
+    """Return the findings of everything as the paper prints it, the main one first.
+
+    Others differ from it where the paper prints two things, or nothing.
+    """
+    return under_readings(findings, readings, (PRINTED,))[1:]
 
 
 # Uncertainty of a claim without reference values: whether other discretisations decide it likewise.
@@ -223,12 +245,13 @@ def conclude(
     uncertainty: str,
     findings: pd.DataFrame,
     under: Sequence[Finding],
-    printed: Finding | None = None,
+    printed: Sequence[Finding] = (),
 ) -> dict[str, str]:
     """Return the verdict on a claim under the base with the uncertainty of its rule, by column of the table of claims.
 
-    `under` are the findings under the base, which comes first, and all readings; `printed` is that of everything as the
-    paper prints it (`as_printed`).
+    `under` are the findings under the base, which comes first, and all readings; `printed` are those of everything as
+    the paper prints it (`as_printed`). Where an input that is not printed turns the direction, both verdicts are
+    undecidable.
     """
     of_claim = findings[(findings["reading"] == BASE) & (findings["claim"] == claim)]
     deciding, *others = of_claim.astype(object).fillna("").to_dict("records")
@@ -238,8 +261,30 @@ def conclude(
     row |= {"uncertainty": "", "readings": "", "depends on": ""}
     if row["verdict"] in DECIDED:
         row |= _sure(row, uncertainty, [other for other in others if other["verdict"] != NOT_RUN])
-    row |= _as_printed(claim, row["verdict"], findings, printed)
-    return row if row["verdict"] == NOT_RUN else row | _under_readings(claim, row["verdict"], under[1:])
+    if row["verdict"] != NOT_RUN:
+        row |= _under_readings(claim, row["verdict"], under[1:])
+    open_readings = [other for other in under[1:] if claim in other.touched and other.reading.left_open]
+    turning = _turning(claim, row["verdict"], open_readings)
+    if turning:
+        row |= {
+            "verdict": UNDECIDABLE,
+            "note": joined(row["note"], f"{LEFT_OPEN} {_in_words(claim, turning)}"),
+        }
+    return row | _as_printed(claim, row["verdict"], findings, printed, turning)
+
+
+LEFT_OPEN = "the paper does not print an input that turns the direction:"
+
+
+def _turning(claim: str, verdict: str, others: Sequence[Finding]) -> list[Finding]:
+    """Return those findings whose direction is not that of a verdict on a claim."""
+    holds = {REPRODUCED, DIRECTION}
+    opposite = {CONTRADICTED} if verdict in holds else holds if verdict == CONTRADICTED else set()
+    return [other for other in others if other.verdicts[claim] in opposite]
+
+
+def _in_words(claim: str, findings: Iterable[Finding]) -> str:
+    return "; ".join(f"{other.reading.reading}: {other.verdicts[claim]}" for other in findings)
 
 
 ALIKE = {
@@ -269,15 +314,28 @@ def both_of(printed: str, resolved: str) -> str:
     return f"{what} {ALONE['as printed' if printed == better else 'resolved']}"
 
 
-def _as_printed(claim: str, resolved: str, findings: pd.DataFrame, printed: Finding | None) -> dict[str, str]:
-    """Return the verdict on a claim as printed, its first value, and what both verdicts say together."""
-    if printed is None:
-        return {"as printed": NOT_RUN, "ours as printed": "", "both": ""}
-    verdict = printed.verdicts[claim]
-    of_claim = (findings["reading"] == printed.reading.name) & (findings["claim"] == claim)
+def _as_printed(
+    claim: str,
+    resolved: str,
+    findings: pd.DataFrame,
+    printed: Sequence[Finding],
+    left_open: Sequence[Finding],
+) -> dict[str, str]:
+    """Return the verdict on a claim as printed, its first value, what it depends on, and what both verdicts say."""
+    row = {"as printed": NOT_RUN, "ours as printed": "", "as printed depends on": "", "both": ""}
+    if not printed:
+        return row
+    main, *others = printed
+    verdict = main.verdicts[claim]
+    of_claim = (findings["reading"] == main.reading.name) & (findings["claim"] == claim)
     measured = "".join(findings.loc[of_claim, "measured"].fillna(""))
-    ours = next((ours for _, ours, _, _ in cells_of(measured)), "")
-    return {"as printed": verdict, "ours as printed": ours, "both": both_of(verdict, resolved)}
+    row["ours as printed"] = next((ours for _, ours, _, _ in cells_of(measured)), "")
+    if verdict in DECIDED:
+        differing = [other for other in others if other.verdicts[claim] in DECIDED - {verdict}]
+        row["as printed depends on"] = _in_words(claim, differing)
+        if left_open or _turning(claim, verdict, differing):
+            verdict = UNDECIDABLE
+    return row | {"as printed": verdict, "both": both_of(verdict, resolved)}
 
 
 def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> dict[str, str]:
@@ -292,7 +350,7 @@ def _under_readings(claim: str, verdict: str, readings: Sequence[Finding]) -> di
     text = f"{alike} of {len(decided)}"
     return {
         "readings": f"{text}; {left_open} undecidable" if left_open else text,
-        "depends on": "; ".join(f"{other.reading.reading}: {other.verdicts[claim]}" for other in turned),
+        "depends on": _in_words(claim, turned),
     }
 
 
@@ -316,31 +374,28 @@ def _sure(row: Mapping[str, str], uncertainty: str, others: Sequence[Mapping[str
 # ---- How many claims are reproduced, and by which rules
 
 COUNTS = "yes"  # In the column of that name; others say why they do not count
-DATED = {
-    "before": "by rules fixed before their numbers",
-    "older base": "by rules fixed for an older base of the study",
-    "after": "by rules dated after their numbers",
-}
 
 
 def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
-    """Return in words how many claims are reproduced, by the day of their rules; verdicts may be older than rules."""
-    known = dict(zip(verdicts["id"], verdicts["verdict"], strict=True))
-    verdict = rules["id"].map(known).fillna(NOT_RUN)
-    counts = rules["counts"] == COUNTS
-    reproduced = counts & (verdict == REPRODUCED)
-    dated = rules.loc[reproduced, "dated"].value_counts()
-    parts = ", ".join(f"{dated.get(name, 0)} {words}" for name, words in DATED.items())
-    before = counts & (rules["older verdict"] == REPRODUCED)
-    rose = reproduced & ~before & rules["older verdict"].notna()
-    new = reproduced & rules["older verdict"].isna()
-    fell = before & verdict.isin(GRADES) & ~reproduced
-    constructed = rules.loc[~counts, "id"]
-    missing = rules.loc[verdict == NOT_RUN, "id"]
+    """Return in words how many claims hold, do not, and cannot be decided; verdicts may be older than rules."""
+    known = verdicts.set_index("id").reindex(rules["id"])
+    verdict = known["verdict"].fillna(NOT_RUN).to_numpy()
+    counts = (rules["counts"] == COUNTS).to_numpy()
+    number = {grade: int((counts & (verdict == grade)).sum()) for grade in (*GRADES, NOT_RUN)}
+    holds = counts & (verdict == REPRODUCED)
+    later = int((holds & (rules["dated"] == "after").to_numpy()).sum())
     text = (
-        f"Of {len(rules)} claims of the paper, {(counts & verdict.isin(DECIDED)).sum()} can be decided, and "
-        f"{dated.sum()} of these are reproduced: {parts}. The older rules reproduce {before.sum()}: later rules "
-        f"raised {rose.sum()} others to reproduced and took {fell.sum()} back, and {new.sum()} had none. True by "
-        f"construction, and not counted: {', '.join(constructed)}."
+        f"Of {len(rules)} claims of the paper, {number[REPRODUCED]} hold in our converged simulations; of "
+        f"{number[DIRECTION]} the direction holds and the size does not, {number[CONTRADICTED]} do not hold, and "
+        f"{number[UNDECIDABLE]} cannot be decided, since the paper does not print what they depend on or the "
+        f"uncertainty is too large. {int((~counts).sum())} do not count: they are true by construction, or no claim of "
+        f"the paper. For {later} of the {number[REPRODUCED]} that hold the test was written after the numbers."
     )
+    if "as printed" in known:
+        printed = counts & (known["as printed"] == REPRODUCED).to_numpy()
+        text += (
+            f" With the elements, the penalty, the beams and the joints that the paper prints {int(printed.sum())} "
+            f"hold; {int((printed & holds).sum())} hold in both."
+        )
+    missing = rules.loc[verdict == NOT_RUN, "id"]
     return f"{text} No verdict yet (run `make verdicts`): {', '.join(missing)}." if len(missing) else text

@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from knitstudy.errors import ConfigurationError
-from knitstudy.paper.claims import REPRODUCED
+from knitstudy.paper.claims import DECIDED, REPRODUCED
 from knitstudy.paper.claims import verdicts as found
 from knitstudy.paper.claims.evidence import SOURCES, evidence_of
 from knitstudy.run.catalogue import TABLES
@@ -17,7 +17,7 @@ COLUMNS = [
     *("as printed", "both"),
     *("quantity", "paper", "ours", "ours as printed"),
     *("sentence", "rule", "rule fixed", "reason", "older rule", "older verdict", "measured", "uncertainty"),
-    *("depends on", "note", "explanation", "see"),
+    *("depends on", "as printed depends on", "note", "explanation", "see"),
 ]
 FINDINGS = ("findings",)  # The table that others, and a figure, are made from
 
@@ -57,10 +57,12 @@ def tabulate(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFram
 def tabulate_readings(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd.DataFrame) -> pd.DataFrame:
     """Return one row a reading, the base first: force, motion, verdicts, and the claims that depend on the reading.
 
-    Claims that are true by construction have verdicts, and are not counted.
+    Claims that are true by construction have verdicts, and are not counted. A reading gains or loses a claim where
+    that is decided under the base as well.
     """
     counting = [*claims.loc[claims["counts"] == found.COUNTS, "id"]]
     known = [each for each in found.under_readings(findings, readings) if each.known]
+    decided = [{claim for claim in counting if each.verdicts[claim] in DECIDED} for each in known]
     held = [{claim for claim in counting if each.verdicts[claim] == REPRODUCED} for each in known]
     return pd.DataFrame(
         {
@@ -68,7 +70,8 @@ def tabulate_readings(claims: pd.DataFrame, readings: pd.DataFrame, findings: pd
             for name in ("name", "choice", "reading", "base", "favour", "against")
         }
         | {"reproduced [1]": len(own)}
-        | {"gained": ", ".join(sorted(own - held[0])), "lost": ", ".join(sorted(held[0] - own))}
+        | {"gained": ", ".join(sorted((own - held[0]) & decided[0]))}
+        | {"lost": ", ".join(sorted((held[0] - own) & here))}
         | {**each.values, **each.verdicts, "claims that depend on the reading": ", ".join(each.turned)}
-        for each, own in zip(known, held, strict=True)
+        for each, own, here in zip(known, held, decided, strict=True)
     )
