@@ -216,11 +216,12 @@ def with_kinematics(contacts):
     each = xr.zeros_like(contacts["arc_length"]) + share
     each = each.transpose("increment", "crossing", "side")
     values = each.to_numpy()
-    vectors, neighbours = values[..., None] * [0.06, 0.08, 0.0], values[..., None] * [0.01, -0.02]
+    vectors, neighbours = values[..., None] * [0.06, 0.0, 0.08], values[..., None] * [0.01, -0.02]
     touching = contacts["zones"].to_numpy()[..., None] > 0
     dims = each.dims
     return contacts.assign(
         section_rotation=((*dims, "xyz"), vectors),
+        relative_rotation=(("increment", "crossing", "xyz"), np.zeros_like(vectors[:, :, 0])),
         segment_contraction=((*dims, "neighbour"), neighbours),
         sliding=(dims, np.where(touching, 1e-4 * values * [1.0, -0.9], np.nan)),
         contact_travel=(dims, np.where(touching, 1e-4 * values * [1.0, -0.9], np.nan)),
@@ -280,6 +281,38 @@ def stresses(knit: Fabric, direction, interlock, leg, mesh=None, force=10.0):
         coords={"extent": ["whole", "middle"]},
         attrs={"strain": 0.05, "force": force, "direction": direction},
     )
+
+
+def flowing(stresses, history, contacts, radius, at_contact=18.0, elsewhere=8.0, pressed=0.0):
+    """Stresses with a cell of 1 MPa at every station, along lines that leave the yarn by angles [deg].
+
+    Beside it lies a cell that is pressed along the yarn by `pressed` times as much: what bending does.
+    """
+    place = history["centreline"].to_numpy() + history["centreline_displacement"].to_numpy()[-1]
+    yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
+    tangent = np.empty_like(place)
+    near = np.zeros(len(s), dtype=bool)
+    free = contacts["tied"].to_numpy() == 0
+    owner, crossing = (contacts[name].to_numpy()[free] for name in ("yarn", "arc_length"))
+    for number in np.unique(yarn):
+        here = yarn == number
+        tangent[here] = np.gradient(place[here], axis=0)
+        apart = np.abs(s[here, None] - crossing[owner == number]).min(axis=1, initial=np.inf)
+        near[here] = apart < 1.6 * radius
+    tangent /= np.linalg.norm(tangent, axis=1, keepdims=True)
+    across = np.cross(tangent, [0.0, 0.0, 1.0])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    angle = np.radians(np.where(near, at_contact, elsewhere))[:, None]
+    line = np.cos(angle) * tangent + np.sin(angle) * across
+    pulled, pushed = (np.einsum("ki,kj->kij", each, each) for each in (line, tangent))
+    tensor = 1e6 * np.concatenate([pulled, -pressed * pushed])
+    values = {
+        "cell_stress": tensor[:, [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]],
+        "cell_volume": np.ones(2 * len(s)),
+        "cell_place": np.tile(place, (2, 1)),
+        "cell_yarn": np.tile(yarn, 2),
+    }
+    return stresses.assign(STRESSES.variables(values))
 
 
 LINEAR = {"along": 500.0, "across": 800.0, "contraction": 0.4, "shear": 60.0}  # stiffnesses [N/m]

@@ -37,6 +37,7 @@ from knitstudy.paper.claims.verdicts import (
     under_readings,
     with_values,
 )
+from knitstudy.paper.columns import Simulation
 from knitstudy.run.configuration import load_scenes
 
 SLIPPERY = "inputs-friction010-isotropic-course"
@@ -66,7 +67,7 @@ def evidence(plain_scene, knit, contacts, paper, cases):
         scenes=swept | scenes | sizes | compared,
         histories=study.histories(scenes) | grown | sweeps | histories,
         contacts=study.sprung(contacts) | touching,
-        stresses=stressed(knit),
+        stresses=stressed(knit) | {"isotropic": flowing(knit, histories, touching)},
         direct={kind: kind for kind in DIRECT},
         held="length",
         mechanisms=study.mechanisms(),
@@ -81,11 +82,18 @@ def stressed(knit, course=(33, 33), wale=(82, 82)):
     }
 
 
+def flowing(knit, histories, contacts):
+    """Stresses that leave the yarns of a knit at contacts."""
+    stresses = synthetic.stresses(knit, "course", 33, 33)
+    return synthetic.flowing(stresses, histories["isotropic"], contacts["isotropic"], knit.radius)
+
+
 def in_contact(knit):
     """Histories of direct simulations, and the contacts of those with friction."""
     base = synthetic.contact_history(knit)
     histories = {kind: study.in_contact(base, kind) for kind in ("tie", "rough", "isotropic")}
     slides = histories["isotropic"]
+    slides = slides.assign(contact_area=slides["contact_area"] * (1 + slides["contact_increment"]))
     histories["isotropic"] = dissipating(slides, 0.2)
     histories[SLIPPERY] = dissipating(slides.assign(force=0.9 * slides["force"]), 0.3)
     histories["untied"] = slides.assign(
@@ -95,7 +103,7 @@ def in_contact(knit):
     contacts = jumping(contacts, 2, 5)
     slides = contacts["relative_displacement"] * xr.where(contacts["row"] == 1, 1.0, 3.0)
     untied = contacts.assign(relative_displacement=slides.transpose(*contacts["relative_displacement"].dims))
-    return histories, {"isotropic": contacts, "untied": untied}
+    return histories, {"tie": contacts, "isotropic": contacts, "untied": untied}
 
 
 def dissipating(history, share):
@@ -164,10 +172,73 @@ def with_a_gap(evidence, radii):
     return with_geometry(evidence, crossing_distance=distance)
 
 
+def with_heights(evidence, diameters):
+    """Return the evidence with one contact higher than the others."""
+    contacts = evidence.rows["isotropic"].results["contacts"].copy(deep=True)
+    contacts["centroid"][0, 2] += diameters * evidence.diameter
+    return with_contacts(evidence, contacts)
+
+
+def with_areas(evidence, factors):
+    """Return the evidence with factors of the area under pressure at every increment."""
+    history = evidence.rows["isotropic"].history
+    number = history["contact_increment"]
+    area = history["contact_area"] / (1 + number) * np.array(factors)[number.astype(int)]
+    return with_direct(evidence, "isotropic", contact_area=area)
+
+
+def with_sizes(evidence, force, lift, lateral="fixed"):
+    """Return the evidence with knits of 1, 3 and 6 cells: force a row and u_z of the largest over those of 3 cells."""
+    scene = evidence.rows["dns-tie-course"].scene
+    three = scene.pattern.loops
+    assert three == 3
+    for cells, more, higher in ((3, 1.0, 1.0), (1, 0.5, 0.5), (6, force, lift)):
+        name = "yarns-tie-course" if cells == 3 else f"domain-yarns-tie-course-{cells}x{cells}"
+        size = {
+            "pattern.loops": cells,
+            "pattern.rows": cells,
+            "load.lateral": lateral if cells == 6 else "fixed",
+        }
+        last = study.FORCE["tie"] * more * cells / 3
+        history = study.history(force=(0, last / 2, last), lift=higher * study.LIFT["tie"], scene=name)
+        evidence = with_row(
+            evidence, name, Simulation(scene.vary({"name": name} | size), {"simulation": history})
+        )
+    return evidence
+
+
+def with_printed(evidence, table, case, quantity, value):
+    """Return the evidence with another printed number."""
+    paper = evidence.paper.copy().astype({"value": object})
+    here = (paper["table"] == table) & (paper["case"] == case) & (paper["quantity"] == quantity)
+    assert here.sum() == 1
+    paper.loc[here, "value"] = value
+    return replace(evidence, paper=paper)
+
+
+def with_flow(evidence, **angles):
+    """Return the evidence with other angles of the stress to the yarns."""
+    row = evidence.rows["isotropic"]
+    stress, history, contacts = (row.results[name] for name in ("stress", "simulation", "contacts"))
+    other = synthetic.flowing(stress, history, contacts, 0.5 * evidence.diameter, **angles)
+    return with_row(evidence, "isotropic", row.with_results(stress=other))
+
+
+def with_turns(evidence, tilted, in_plane):
+    """Return the evidence in which tied yarns turn against each other, over their own turns of 0.1 and 0.08."""
+    contacts = evidence.rows["tie"].results["contacts"]
+    apart = np.zeros(contacts["relative_rotation"].shape)
+    apart[..., 2] = 0.08 * in_plane
+    apart[..., 0] = np.sqrt((0.1 * tilted) ** 2 - (0.08 * in_plane) ** 2)
+    turned = contacts.assign(relative_rotation=(contacts["relative_rotation"].dims, apart))
+    return with_row(evidence, "tie", evidence.rows["tie"].with_results(contacts=turned))
+
+
 # Neither the paper's angles nor a 3D model that is a fifth stiffer agree so well; the knit is not of the
 # paper's size, and contact has no more unknowns than ties. Table 3 grows by a power, and normals are mirror images.
-# The memory of knits of 3 to 6 cells scatters too far for one of 30 cells.
-UNLIKE_THE_PAPER = {"M3", "R7", "R10", "S1", "S2", "S3", "S4"}
+# The memory of knits of 3 to 6 cells scatters too far for one of 30 cells. Tables 3 and 5 do not save alike. Nothing
+# decides K19 and K20, and knits of rising size would be the main simulations of the tied case (S5).
+UNLIKE_THE_PAPER = {"K19", "K20", "M3", "R6", "R7", "R10", "S1", "S2", "S3", "S4", "S5"}
 
 
 @pytest.mark.parametrize("claim", sorted(set(CLAIMS.names()) - UNLIKE_THE_PAPER))
@@ -175,6 +246,19 @@ def test_values_of_the_paper_are_reproduced(evidence, claim):
     judged = judge(claim, evidence)
     assert judged.verdict == "reproduced", judged.rows
     assert any(row.grade for row in judged.rows)
+
+
+@pytest.mark.parametrize("claim", ["K19", "K20"])
+def test_what_the_software_lacks_leaves_a_claim_open(evidence, claim):
+    judged = judge(claim, evidence)
+    assert judged.verdict == "undecidable"
+    assert judged.note.startswith("missing is a")
+
+
+def test_knits_that_differ_by_more_than_their_size_are_not_compared(evidence):
+    judged = judge("S5", with_sizes(evidence, 1.6, 2.0, lateral="free"))
+    assert judged.verdict == "not yet run"
+    assert judged.note == "the knits differ by more than their number of cells"
 
 
 def test_discretisations_that_disagree_do_not_decide(evidence):

@@ -195,8 +195,8 @@ def test_claims_are_counted_in_plain_words():
     hold = (
         "Of 5 claims of the paper, 2 hold in our converged simulations; of 0 the direction holds and the size does "
         "not, 1 do not hold, and 0 cannot be decided, since the paper does not print what they depend on or the "
-        "uncertainty is too large. 1 do not count: they are true by construction, or no claim of the paper. For 1 of the 2 that "
-        "hold the test was written after the numbers."
+        "uncertainty is too large. 1 do not count: they are true by construction, or no claim of the paper. For 1 of "
+        "the 2 that hold the test was written after the numbers."
     )
     missing = " No verdict yet (run `make verdicts`): E."
     assert counted(verdicts, rules) == hold + missing

@@ -94,6 +94,18 @@ def area_of_cell(contacts: xr.Dataset) -> np.ndarray:
     return contacts["contact_area"].to_numpy()[:, centre_cell(contacts)].sum(axis=1)
 
 
+def pressed_area_of_cell(history: xr.Dataset, contacts: xr.Dataset) -> np.ndarray:
+    """Return the area under pressure in the centre cell at every increment (I,) [m2], the mean of both sides.
+
+    It is counted from the points of contact, also where `area_of_cell` follows from the force by Hertz's formula.
+    """
+    pressed = (history["contact_pressure"].to_numpy() > 0) & np.isin(
+        history["contact_crossing"].to_numpy(), centre_cell(contacts)
+    )
+    increment, area = (history[f"contact_{name}"].to_numpy()[pressed] for name in ("increment", "area"))
+    return 0.5 * np.bincount(increment.astype(int), area, history.sizes["increment"])
+
+
 def first_symmetric_contact(contacts: xr.Dataset) -> int | None:
     """Return the first increment at which the same zones touch on the left and on the right, if there is one."""
     touching = contacts["zones"].to_numpy()[:, centre_cell(contacts)] > 0

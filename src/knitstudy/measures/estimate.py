@@ -51,6 +51,15 @@ class Estimate:
         """Whether the value is larger than another; None where both uncertainties together leave that open."""
         return Estimate(self.value - other.value, self.uncertainty + other.uncertainty).above(0.0)
 
+    def over(self, other: Estimate) -> Estimate:
+        """Return the ratio to another; both relative uncertainties add.
+
+        >>> Estimate(3.0, 0.75).over(Estimate(2.0, 0.5))
+        Estimate(value=1.5, uncertainty=0.75)
+        """
+        off = self.uncertainty / self.value + other.uncertainty / other.value
+        return Estimate(self.value / other.value, off * self.value / other.value)
+
     def __str__(self) -> str:
         if not self.known:
             return NONE

@@ -216,6 +216,16 @@ def _estimate(value: Value) -> Estimate:
     return value if isinstance(value, Estimate) else Estimate(float(value), 0.0)
 
 
+def by_meanings(rows: Sequence[Row]) -> list[Row]:
+    """Return one test by several meanings of the paper's words, open where they contradict each other.
+
+    >>> [row.grade for row in by_meanings([Row("sections", grade=CONTRADICTED), Row("points", grade=REPRODUCED)])]
+    ['undecidable', 'undecidable']
+    """
+    contradicted = {row.grade == CONTRADICTED for row in rows}
+    return [replace(row, grade=UNDECIDABLE) for row in rows] if len(contradicted) > 1 else [*rows]
+
+
 def margin_of(rows: Iterable[Row]) -> str:
     """Return in words how many tests hold, and by which factor the tightest of the tests passes or misses its bar.
 

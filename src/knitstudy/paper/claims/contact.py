@@ -1,4 +1,4 @@
-"""Claims about contact with friction: K1 to K8, K11 to K15 and E1 of ``resources/reference/paper_claims.csv``."""
+"""Claims about contact with friction: K1 to K8, K11 to K15, K18 to K20 and E1 of ``paper_claims.csv``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,18 @@ from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import transferred_uncertainty
 from knitstudy.mechanics.core.arrays import Floats, Ints
-from knitstudy.paper.claims import CLAIMS, COMPARABLE, NotRun, Remark, Row, at_least, at_most, holds, trend
+from knitstudy.paper.claims import (
+    CLAIMS,
+    COMPARABLE,
+    UNDECIDABLE,
+    NotRun,
+    Remark,
+    Row,
+    at_least,
+    at_most,
+    holds,
+    trend,
+)
 from knitstudy.paper.claims.evidence import NO_DIRECT, Evidence
 from knitstudy.paper.columns import CONTRACTION, FRICTION_SHARE, STABILISED, STRAIN, U_Z
 from knitstudy.paper.scene_names import INTERACTIONS
@@ -204,6 +215,49 @@ def first_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     met = "none" if first is None else f"{strain:.2%}"
     yield holds("first symmetric contact at strain", met, printed, after < strain <= until)
     yield Remark(scenes=(evidence.direct["isotropic"],))
+
+
+@CLAIMS.add("K18")
+def growing_area(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the area under pressure in the centre cell grows, and so does that of a zone."""
+    contacts = evidence.contact("isotropic")
+    history = evidence.row("isotropic").history
+    if "contact_pressure" not in history:
+        raise NotRun("the history holds no points of contact")
+    points = centre_cell.snapshots(contacts)
+    increments = [*(point.increment for point in points), contacts.sizes["increment"] - 1]
+    strain = contacts["strain"].to_numpy()[increments]
+    pressed = centre_cell.pressed_area_of_cell(history, contacts)[increments]
+    zones = centre_cell.zones_of_cell(contacts)[increments]
+    touching = zones > 0
+    if touching.sum() < 2:
+        raise NotRun("the centre cell touches at fewer than two points of Fig. 7")
+    of_zone = pressed[touching] / zones[touching]
+    for name, values in (("area under pressure", pressed), ("mean area of a zone", of_zone)):
+        estimates = [Estimate(float(value), 0.0) for value in values]
+        yield trend(f"{name} grows over the points of Fig. 7 and the end", estimates, 1, "grows", half=False)
+    for at, area, count in zip(strain, pressed, zones, strict=True):
+        yield Row(f"area under pressure at {at:.2%} strain; zones", f"{1e6 * area:.4f} mm2; {count}")
+    hertz = centre_cell.area_of_cell(contacts)[-1]
+    yield Row("area of the contacts table at the end", f"{1e6 * hertz:.4f} mm2")
+    yield Remark("area where pressure acts, the mean of both sides", (evidence.direct["isotropic"],))
+
+
+@CLAIMS.add(
+    "K19",
+    quantity="force and |u_z|, master and slave exchanged",
+    why="missing is a contact in one pass: this study integrates over both surfaces of a pair alike, so that "
+    "exchanging them changes nothing",
+)
+@CLAIMS.add(
+    "K20",
+    quantity="distance to the reference, one point over full integration",
+    why="missing is a linear hexahedron with full integration: both hexahedra of this study have reduced integration",
+)
+def lacking(_: Evidence, quantity: str, why: str) -> Iterator[Row | Remark]:
+    """Yield that nothing in this study can decide a claim, and why."""
+    yield Row(quantity, grade=UNDECIDABLE)
+    yield Remark(why)
 
 
 @CLAIMS.add("K5", quantity=response.FORCE, order=("tie", "rough", "isotropic"))

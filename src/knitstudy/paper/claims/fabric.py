@@ -1,8 +1,8 @@
-"""Claims about the loop (G1, G2), the knit's size (S1 to S4), and stress in segments (M1 to M3)."""
+"""Claims about the loop (G1 to G3), the knit's size (S1 to S5), and stress in the yarns (M1 to M5)."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 
@@ -13,6 +13,7 @@ from scipy.special import stdtrit
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.models.rom2d.build import heights
 from knitstudy.knit.yarns.joints import contacts_of_crossings
+from knitstudy.measures import response
 from knitstudy.measures.centre_cell import (
     LEGS,
     SEGMENT,
@@ -23,32 +24,46 @@ from knitstudy.measures.centre_cell import (
     loop_of,
 )
 from knitstudy.measures.estimate import Estimate, all_hold
-from knitstudy.measures.reference import HEXAHEDRA, made_of
+from knitstudy.measures.reference import HEXAHEDRA, made_of, physics_of, transferred_uncertainty
 from knitstudy.measures.response import memory_growth
+from knitstudy.measures.stress_flow import Flow, flows_of
 from knitstudy.mechanics.core.arrays import Floats
 from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
+    GOOD,
     MUCH,
+    TREND,
     UNDECIDABLE,
     NotRun,
     Remark,
     Row,
+    at_least,
     at_most,
+    by_meanings,
     comparable,
     holds,
 )
 from knitstudy.paper.claims.evidence import Evidence
-from knitstudy.paper.columns import DOF
+from knitstudy.paper.columns import DOF, Simulation
 from knitstudy.paper.scene_names import INTERACTIONS
-from knitstudy.paper.square_knits import SIZES, counted_solids, series_of
+from knitstudy.paper.square_knits import SIZES, SMALLEST, counted_solids, series_of
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
 # Claims S1, S3: scenes with hexahedra of the paper's size
 PAPERS_MESH, IN_CONTACT = "dns-tie-course", "dns-isotropic-course"
-ALONG = 20.0  # Claim M3: angle up to which a ligament lies along the principal stress [deg]
+TIED_KNITS, LARGE = (
+    "domain-yarns-tie-course",
+    6,
+)  # Claim S5: series, and least cells in a row of its largest knit
+OF_SIZE = (  # Claim S5: quantity, what is compared, its unit, and the factor to that unit
+    (response.FORCE, "force a row", "N", 1.0),
+    (response.LARGEST_U_Z, "largest |u_z|", "mm", 1e3),
+)
+CELLS = ("pattern.loops", "pattern.rows")  # Claim S5: keys in which knits of several sizes differ
+ALONG = 20.0  # Claims M3, M5: angle up to which a ligament lies along the principal stress [deg]
 
 
 @CLAIMS.add("G1")
@@ -81,6 +96,19 @@ def length(evidence: Evidence) -> Iterator[Row | Remark]:
     yield Row("largest change of a Bezier curve", f"{max(change, key=abs):+.2%}")
     yield Row("least change of a Bezier curve", f"{min(change, key=abs):+.2%}")
     yield Remark(f"arc lengths; a change of up to {LENGTH_BAR:.0%} counts as hardly any")
+
+
+@CLAIMS.add("G3")
+def heights_of_contacts(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that the contact zones of the undeformed knit differ little in height."""
+    height = evidence.contact("isotropic")["centroid"].to_numpy()[:, 2]
+    drawn = contacts_of_crossings(evidence.fabric)["centroid"].to_numpy()[:, 2]
+    spread, by_geometry = np.ptp(height), np.ptp(drawn)
+    over = float(spread / evidence.diameter)
+    text = f"{over:.3f} d, {1e3 * spread:.3f} mm"
+    yield at_most("range of the heights of contact zones", over, "small", GOOD, sense=1.0, text=text)
+    yield Row("the same of crossings by geometry", f"{1e3 * by_geometry:.3f} mm")
+    yield Remark("centroids on the undeformed yarns", (evidence.direct["isotropic"],))
 
 
 @CLAIMS.add("S1")
@@ -155,6 +183,49 @@ def _left(unknowns: Sequence[float]) -> tuple[float, float]:
     fits = (np.polyfit(x, np.log(unknowns), 1, full=True)[1] for x in (SIZES, np.log(SIZES)))
     exponential, power = (float(np.sqrt(squares[0] / len(SIZES))) for squares in fits)
     return exponential, power
+
+
+@CLAIMS.add("S5")
+def size_dependence(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that force a row and largest |u_z| of tied knits in course tension depend on the number of cells."""
+    knits = _knits_by_cells(evidence)
+    three, largest = knits[SMALLEST], max(knits)
+    known = evidence.reference_for(three.scene.name)
+    strain = response.common_strain(row.history for row in knits.values())
+    if not known.strains(response.FORCE, strain):
+        raise NotRun("there is no reference of 3 x 3 cells")
+    shown = []
+    for quantity, name, unit, scale in OF_SIZE:
+        at = max(known.strains(quantity, strain))
+        values = {
+            cells: transferred_uncertainty(known, three.history, row.history).at(quantity, at)
+            for cells, row in knits.items()
+        }
+        if quantity == response.FORCE:  # all rows carry it
+            values = {
+                cells: Estimate(of.value / cells, of.uncertainty / cells) for cells, of in values.items()
+            }
+        ends = (values[SMALLEST], values[largest])
+        less, more = sorted(ends, key=lambda estimate: estimate.value)
+        ratio = f"{name}, larger over smaller of {SMALLEST} and {largest} cells in a row"
+        yield at_least(ratio, more.over(less), "significant", COMPARABLE, sense=1 + GOOD)
+        for cells, of in values.items():
+            scaled = Estimate(scale * of.value, scale * of.uncertainty)
+            shown.append(Row(f"{name}, {cells} x {cells} cells", f"{scaled} {unit}"))
+    yield from shown
+    yield Remark("course tension, ties", tuple(row.scene.name for row in knits.values()))
+
+
+def _knits_by_cells(evidence: Evidence) -> dict[int, Simulation]:
+    """Return tied knits in course tension by their cells in a row, the smallest first; `NotRun` without large ones."""
+    series = next((each for each in series_of(evidence.rows.values()) if each.stem == TIED_KNITS), None)
+    knits = {} if series is None else dict(zip(series.cells.tolist(), series.rows, strict=True))
+    if SMALLEST not in knits or max(knits) < LARGE:
+        raise NotRun(f"the study has no tied knits of {SMALLEST} and of {LARGE} or more cells in a row")
+    physics = [physics_of(row.scene) | dict.fromkeys(CELLS) for row in knits.values()]
+    if any(each != physics[0] for each in physics):
+        raise NotRun("the knits differ by more than their number of cells")
+    return knits
 
 
 @CLAIMS.add("S3")
@@ -314,3 +385,66 @@ def ligaments(evidence: Evidence) -> Iterator[Row | Remark]:
 
 def _apart(angle: Estimate, line: float) -> Estimate:
     return angle.of(lambda value: abs(value - line))
+
+
+# ---- Stress along the yarns
+
+
+def _flows(evidence: Evidence) -> Iterator[tuple[str, str, dict[str, Flow]]]:
+    """Yield tension, scene, and flow of stress by its meaning, with friction in course and in wale tension."""
+    for way in ("course", "wale"):
+        pulled = evidence.pulled_in(way)
+        row = pulled.row("isotropic", "stress")
+        radius = 0.5 * evidence.diameter
+        flows = flows_of(row.results["stress"], row.history, pulled.contact("isotropic"), radius)
+        if not all(flow.weight.sum() > 0 for flow in flows.values()):
+            raise NotRun("no stress belongs to a segment between contact zones")
+        yield way, pulled.direct["isotropic"], flows
+
+
+def _of_flows(evidence: Evidence, test: Callable[[str, Flow], Row]) -> Iterator[Row | Remark]:
+    """Yield a test of the flow of stress in both tensions, open where the meanings of the flow decide it otherwise."""
+    scenes, found = [], []
+    for way, scene, flows in _flows(evidence):
+        found += by_meanings([test(f"{way} tension, {meaning}", flow) for meaning, flow in flows.items()])
+        scenes.append(scene)
+    yield from found
+    undecided = any(row.grade == UNDECIDABLE for row in found)
+    note = "missing is whether Fig. 13 shows means of sections or points of the yarn" if undecided else ""
+    yield Remark(note, tuple(scenes))
+
+
+@CLAIMS.add("M4", worst_first=True)
+def deflected(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that near contacts the maximum principal stress leaves the yarn's direction further than elsewhere."""
+
+    def test(label: str, flow: Flow) -> Row:
+        near, far = flow.mean_angle(flow.at_contact), flow.mean_angle(flow.away)
+        if np.isnan(near + far):
+            raise NotRun("nothing of the yarns lies at a contact, or nothing away from all crossings")
+        ratio = near / far if far else np.inf
+        text = f"{ratio:.2f} ({near:.1f}° over {far:.1f}°)"
+        name = f"angle of the stress to the yarn, at contacts over elsewhere, {label}"
+        return at_least(name, ratio, "deflected", COMPARABLE, sense=1.0, text=text)
+
+    yield from _of_flows(evidence, test)
+
+
+@CLAIMS.add("M5", worst_first=True)
+def along_loops(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that most of the maximum principal stress lies along the yarns."""
+
+    def test(label: str, flow: Flow) -> Row:
+        share = flow.share_within(ALONG)
+        name = f"share of the stress within {ALONG:g}° of the yarn, {label}"
+        return at_least(name, share, "most", TREND, sense=0.5, text=f"{share:.0%}")
+
+    yield from _of_flows(evidence, test)
+    lines = angles_by_geometry(evidence.paper)[:, 0]
+    for way in ("course", "wale"):
+        apart = np.abs(angles_of_stress(evidence.paper, way)[:, 0] - lines)
+        yield Row(
+            f"segments of Table 4 within {ALONG:g}° of the loop, {way} tension",
+            "",
+            f"{(apart <= ALONG).mean():.0%}",
+        )
