@@ -109,7 +109,9 @@ def results(knit, plain_scene, touching, paper, cases):
     own["fig06_joints"] = tied | {"rom3d": synthetic.history_of(knit)}
     own["fig12_size_and_beams"] = friction | {"dns": curve()}
     judged = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"]), "scenes": inputs}
-    own["fig_readings"] = tied | {"findings": TABLES.make("findings", **judged)}
+    own["fig_readings"] = tied | {
+        "findings": TABLES.make("findings", **judged, counted_unknowns=study.counted())
+    }
     return lambda name: own.get(name, tied)
 
 
