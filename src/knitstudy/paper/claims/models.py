@@ -255,7 +255,7 @@ def cost(evidence: Evidence) -> Iterator[Row | Remark]:
         row = comparable(f"degrees of freedom, {name}", unknowns, size, f"{unknowns:,.0f}", f"{size:,.0f}")
         # The sentence gives the counts of DNS and 3D network.
         yield row.uncounted("true by construction") if name != "2D ROM" else row.shown
-        yield Row(f"largest front; factor, {name}", f"{front:.2g}; {factor:.2g} MB", f"{memory:g} MB")
+        yield Row(f"largest front; factor, {name}", f"{front:,.3g}; {factor:,.3g} MB", f"{memory:g} MB")
     unknowns, front, factor = (one / other for one, other in zip(ours["DNS"], ours["3D ROM"], strict=True))
     fewer, more = (one / other for one, other in zip(printed["DNS"], printed["3D ROM"], strict=True))
     name = "largest front, DNS over 3D ROM"
