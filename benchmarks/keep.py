@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Collection, Iterable, Mapping
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -66,7 +67,6 @@ def save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> N
 
 STUDY, VERDICTS = "full", "verdicts"
 FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
-FINDINGS = "findings"  # The table that verdicts follow from
 FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
 FULL_FIGURES = ("fig11_sweeps", "fig_readings")
 PAGE_TABLES = ("springs", "table4_angles")  # Beside the pictures of the page
@@ -101,19 +101,23 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
         raise DataFileError(f"{RESULTS}: {message}; run `make study STUDY={STUDY}`")
     names = [scene.name for scene in scenes]
     tables, figures = (full_study(each, plan, names, config) for each in (TABLES, FIGURES))
-    sources = read_sources(tables.files(FINDINGS, RESULTS).items())
-    found = TABLES.make(FINDINGS, **sources, scenes=tables.scenes(FINDINGS))
+
+    @cache
+    def table_of(name: str) -> pd.DataFrame:
+        """Return a table of the scenes that are up to date."""
+        return TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
 
     def sources_of(displays: Displays, name: str) -> dict[str, Any]:
-        """Return the sources of a display; findings are of the scenes that are up to date, not those of a study."""
+        """Return the sources of a display; tables among them are not those of a study."""
+        behind = displays.catalogue.find(name).tables
         files = displays.files(name, RESULTS).items()
-        made = {FINDINGS: found} if FINDINGS in displays.catalogue.find(name).tables else {}
-        return read_sources((argument, file) for argument, file in files if argument not in made) | made
+        read = read_sources((argument, file) for argument, file in files if argument not in behind)
+        return read | {other: table_of(other) for other in behind}
 
     command = f"make {VERDICTS}"
     group_by_name = {name: group_of(plan.scenes[name]) for name in study}
     groups = sorted(set(group_by_name.values()))
-    table = TABLES.make(VERDICTS, **sources_of(tables, VERDICTS)).assign(
+    table = table_of(VERDICTS).assign(
         digest=tables.digest(VERDICTS), simulations=f"{len(scenes)} of {len(study)}"
     )
     require_measured(table[table["id"].isin(claims)] if claims else table, read_table(reference["claims"]))
@@ -126,8 +130,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
     keep_table(behind, FULL_SCENES, command, behind["scene"].map(group_by_name))
     if claims:
         table = _with_others(table[table["id"].isin(claims)], VERDICTS_KEPT, "id")
-        made = TABLES.make("readings", **sources_of(tables, "readings"))
-        keep_table(_in_readings(made, claims), FULL / "readings.csv", command, groups)
+        keep_table(_in_readings(table_of("readings"), claims), FULL / "readings.csv", command, groups)
         pictures = VERDICTS_PAGE.with_suffix("")
         page, _ = summarise(
             TEMPLATE, table, readings, [path.stem for path in pictures.iterdir()], pictures.name
@@ -135,7 +138,7 @@ def keep_verdicts(config: Path = CONFIG, claims: Collection[str] = ()) -> str:
         return _keep_page(page, table, groups)
     folders = dict.fromkeys(FULL_TABLES, FULL) | dict.fromkeys(PAGE_TABLES, VERDICTS_PAGE.with_suffix(""))
     for name in filter(folders.__contains__, tables.names()):
-        shown_elsewhere = TABLES.make(name, **sources_of(tables, name), scenes=tables.scenes(name))
+        shown_elsewhere = table_of(name)
         of = shown_elsewhere["scene"].map(group_by_name) if "scene" in shown_elsewhere else groups
         keep_table(shown_elsewhere, folders[name] / f"{name}.csv", command, of)
     page, shown = summarise(TEMPLATE, table, readings, figures.names(), VERDICTS_PAGE.stem)

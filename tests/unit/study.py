@@ -9,6 +9,19 @@ import synthetic
 from knitstudy.measures.reference import NEEDED, problem_of
 from knitstudy.measures.response import FORCE as FORCES
 from knitstudy.measures.response import LARGEST_U_Z, RMS_U_Z, STRAINS, rms_out_of_plane
+from knitstudy.paper.columns import DOF
+from knitstudy.paper.square_knits import (
+    CELLS,
+    FACTOR,
+    FACTOR_MULTIPLIED,
+    FRONT,
+    MULTIPLIED,
+    PLANAR,
+    SIZES,
+    SPATIAL,
+    TIED,
+    TOUCHING,
+)
 from knitstudy.run.configuration import load_scenes, load_study
 
 CASES = [(kind, way) for kind in ("tie", "isotropic") for way in ("course", "wale")]
@@ -43,6 +56,25 @@ COST = {
 ENERGY = {"external": 5e-3, "internal": 4e-3, "friction": 1e-3, "stabilisation": 0.0}  # at full load [J]
 
 SPRINGS = {"course": (84.5e3, 67.6e3, 952.1e3), "wale": (73.4e3, 233.2e3, 600e3)}  # the paper's [N/m]
+
+
+def counted():
+    """Return the table of unknowns and memory of square knits, as the paper prints both."""
+    memory = {TIED: 128.0, SPATIAL: 19.0, PLANAR: 17.0, TOUCHING: 1158.0}
+    unknowns = {TIED: 189_513, SPATIAL: 5_994, PLANAR: 432, TOUCHING: 189_513}
+    return pd.DataFrame(
+        {
+            "model": model,
+            CELLS: n,
+            DOF.head: unknowns[model] * n**2 / 9,
+            MULTIPLIED: unknowns[model] * n**2 / 9 + 40_800 * n * (n - 2) if model == TOUCHING else np.nan,
+            FRONT: memory[model],
+            FACTOR: memory[model] * (n / 3) ** 2.13,
+            FACTOR_MULTIPLIED: memory[model] * (n / 3) ** 2.13 if model == TOUCHING else np.nan,
+        }
+        for model in memory
+        for n in SIZES
+    )
 
 
 def domain(plain):

@@ -113,7 +113,9 @@ def results(knit, plain_scene, touching, paper, cases):
     direct = {name: each for name, each in every.items() if name.startswith("dns-")}
     joints = TABLES.make("joints", networks=networks, solids=direct, scenes=cases)
     own["fig_joints"] = tied | {"joints": joints}
-    own["fig_readings"] = tied | {"findings": TABLES.make("findings", **judged)}
+    own["fig_readings"] = tied | {
+        "findings": TABLES.make("findings", **judged, counted_unknowns=study.counted())
+    }
     return lambda name: own.get(name, tied)
 
 

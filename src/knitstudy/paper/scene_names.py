@@ -53,6 +53,10 @@ def of_cases(cases: Iterable[str], names: Iterable[str]) -> tuple[str, ...]:
     return tuple(name.format(case=case) for case in cases for name in names)
 
 
+# Geometry of the knit of the four cases
+KNIT = one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS))
+
+
 def solid(stage: str, case: str) -> StageResults:
     """Return the result of the direct simulation of a case that the others are compared with."""
     return one(stage, *of_case(case, SOLIDS))

@@ -1,14 +1,14 @@
 """Square knits of rising size: growth of their cost (Table 3, Fig. 12a), and degrees of freedom that are counted.
 
-Degrees of freedom (Tables 3 and 5) are counted without a solution, beside the paper's law of them.
+Degrees of freedom and the factor of a direct solver (Tables 3 and 5) are counted without a solution.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cache, partial
 from math import nan
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -20,12 +20,14 @@ from knitstudy.knit.mesh.mesher import slices_of
 from knitstudy.knit.mesh.section import GROWTH, SectionMesh
 from knitstudy.knit.models.rom2d.build import planar_network
 from knitstudy.knit.yarns.joints import contacts_of_crossings, joint_points
-from knitstudy.knit.yarns.network import spatial_network
+from knitstudy.knit.yarns.network import Network, spatial_network
 from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.factor import UnknownGraph
 from knitstudy.measures.reference import made_of
 from knitstudy.paper.cases import number
 from knitstudy.paper.columns import Simulation
 from knitstudy.paper.scene_names import INTERACTIONS, model_name
+from knitstudy.paper.solver_memory import Sections, graph_of_network, graphs_of_solids
 
 # Stems of the names of square knits, "{stem}-{n}x{n}", with the scene of 3 x 3 cells if it is one of another name.
 SERIES = {
@@ -40,7 +42,6 @@ SERIES = {
 }
 
 FEWEST = 3  # Sizes that make a series
-SCATTER = 0.2  # of the memory of one run (docs/notes/performance.md)
 SMALLEST = 3  # Cells in a row from which on growth is fitted: a knit of one cell is all edges
 
 
@@ -85,12 +86,6 @@ class Series:
         square = np.sum((y - slope * x) ** 2) / self.freedom
         return Estimate(float(slope), float(np.sqrt(square / (x @ x))))
 
-    def scattered(self) -> float:
-        """Return by how much the exponent of memory changes at most where every run scatters (`SCATTER`)."""
-        x = np.log(self.cells[self.large])
-        x -= x.mean()
-        return float(SCATTER * np.abs(x).sum() / (x @ x))
-
     def memory(self, dof: np.ndarray, memory: np.ndarray) -> Polynomial:
         """Return the law of memory (k,): a d + b in degrees of freedom d (k,), with the least relative squares."""
         terms = np.vander(dof[self.large], 2, increasing=True) / memory[self.large, None]
@@ -114,6 +109,13 @@ def series_of(rows: Iterable[Simulation]) -> list[Series]:
 
 SIZES = (3, 6, 8, 20, 30)  # cells in a row of Table 3
 NONE = Polynomial([nan])
+COUNTED = "counted_unknowns"  # the table of these counts, and columns of it
+CELLS, MULTIPLIED = "cells in a row [1]", "with multipliers [1]"
+FRONT = "minimum memory (largest front) [MB]"
+FACTOR = "memory to minimise I/O (factor) [MB]"
+FACTOR_MULTIPLIED = "the same with multipliers [MB]"
+TIED, TOUCHING = "hexahedra, ties", "hexahedra, contact"  # names of models
+SPATIAL, PLANAR = "3D network, ties", "2D network, ties"
 
 
 @dataclass(frozen=True)
@@ -127,51 +129,73 @@ class Counted:
     # With three multipliers at every surface node of one yarn of each pair in contact
     multiplied: Polynomial
     law: Polynomial  # the paper's
+    # Of n: of the unknowns that its solver has and, if any, of these with multipliers
+    graphs: Callable[[int], Sequence[UnknownGraph]]
+
+
+def knit_of(knit: Fabric, n: int) -> Fabric:
+    """Return a knit of n cells in a row like a given one."""
+    assert knit.loop is not None, "a knit has a loop"
+    more = knit.cells[1] - knit.cells[0]
+    return KNITS[knit.specimen](knit.loop, n, n + more)
 
 
 def law_of(count: Callable[[Fabric], int], knit: Fabric) -> Polynomial:
     """Return the law a n^2 + b n of counts in knits of n x n cells like a given one, from n = 1 and n = 2."""
-    assert knit.loop is not None, "a knit has a loop"
-    more = knit.cells[1] - knit.cells[0]
-    single, four = (count(KNITS[knit.specimen](knit.loop, n, n + more)) for n in (1, 2))
+    single, four = (count(knit_of(knit, n)) for n in (1, 2))
     return Polynomial([0.0, 2 * single - four / 2, four / 2 - single])
 
 
-def nodes_2d(fabric: Fabric) -> int:
-    """Return the number of nodes of the 2D network."""
-    return planar_network(fabric, contacts_of_crossings(fabric)).beam_nodes
+def network_2d(fabric: Fabric) -> Network:
+    """Return the 2D network."""
+    return planar_network(fabric, contacts_of_crossings(fabric))
 
 
-def nodes_3d(fabric: Fabric, size: float) -> int:
-    """Return the number of nodes of the 3D network with elements of a size in yarn radii."""
-    return spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), size).beam_nodes
+def network_3d(fabric: Fabric, size: float) -> Network:
+    """Return the 3D network with elements of a size in yarn radii."""
+    return spatial_network(fabric, joint_points(fabric, contacts_of_crossings(fabric)), size)
 
 
-def counted_solids(knit: Fabric, mesh: Any, paper: pd.DataFrame) -> tuple[Counted, Counted]:
-    """Return hexahedra with a section ``mesh``, tied and in contact, of knits like one of them.
+def counted_solids(knit: Fabric, paper: pd.DataFrame) -> tuple[Counted, Counted]:
+    """Return hexahedra of the paper's size, tied and in contact, of knits like one of them.
 
     Counts are a n^2 + b n: n x n cells have n^2 times the yarn of a cell, in 3 n pieces. The paper's solver adds
     c n (n - 2) unknowns for the rows in contact; penalties add none.
     """
-    section = SectionMesh.for_size(2, mesh.size)
-    slices = law_of(lambda fabric: slices_of(fabric, mesh.size, GROWTH), knit)
+    size = number(paper, "5", "dns-tie 3x3", "mesh size") / knit.radius
+    section = SectionMesh.for_size(2, size)
+    slices = law_of(lambda fabric: slices_of(fabric, size, GROWTH), knit)
     touching = Polynomial([0, -2, 1])
     solid = 3 * section.size * slices
     multiplied = solid + 3 * len(section.ring) * slices.coef[2] * touching
     tied = number(paper, "5", "dns-tie 3x3", "degrees of freedom") / 9 * Polynomial([0, 0, 1])
     contact = (number(paper, "3", "c3w3", "degrees of freedom") - tied(3)) / 3 * touching
+    sections = cache(lambda n: Sections.of(knit_of(knit, n), size))
+
+    def graphs(n: int, contact: bool) -> list[UnknownGraph]:
+        return graphs_of_solids(knit_of(knit, n), sections(n), size, contact)
+
+    law = tied + contact
     return (
-        Counted("hexahedra, ties", "hexahedra-tie", solid, "dns-tie {n}x{n}", NONE, tied),
-        Counted("hexahedra, contact", "hexahedra-isotropic", solid, "c{n}w{n}", multiplied, tied + contact),
+        Counted(TIED, "hexahedra-tie", solid, "dns-tie {n}x{n}", NONE, tied, partial(graphs, contact=False)),
+        Counted(
+            TOUCHING, "hexahedra-isotropic", solid, "c{n}w{n}", multiplied, law, partial(graphs, contact=True)
+        ),
     )
 
 
-def counted_models(knit: Fabric, mesh: Any, paper: pd.DataFrame) -> tuple[Counted, ...]:
+def counted_models(knit: Fabric, paper: pd.DataFrame) -> tuple[Counted, ...]:
     """Return `counted_solids` and the networks with the paper's elements."""
     beam = number(paper, "5", "rom3d 3x3", "mesh size") / knit.radius
-    spatial, planar = (6 * law_of(count, knit) for count in (lambda fabric: nodes_3d(fabric, beam), nodes_2d))
+
+    def network(name: str, stem: str, case: str, of: Callable[[Fabric], Network]) -> Counted:
+        unknowns = 6 * law_of(lambda fabric: of(fabric).beam_nodes, knit)
+        return Counted(
+            name, stem, unknowns, case, NONE, NONE, lambda n: [graph_of_network(of(knit_of(knit, n)))]
+        )
+
     return (
-        *counted_solids(knit, mesh, paper),
-        Counted("3D network, ties", "rom3d-tie", spatial, "rom3d {n}x{n}", NONE, NONE),
-        Counted("2D network, ties", "rom2d-tie", planar, "rom2d {n}x{n}", NONE, NONE),
+        *counted_solids(knit, paper),
+        network(SPATIAL, "rom3d-tie", "rom3d {n}x{n}", partial(network_3d, size=beam)),
+        network(PLANAR, "rom2d-tie", "rom2d {n}x{n}", network_2d),
     )

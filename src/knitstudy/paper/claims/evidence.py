@@ -27,8 +27,9 @@ from knitstudy.measures.reference import (
 from knitstudy.paper.cases import MODELS, Case, cases_of, number
 from knitstudy.paper.claims import CLAIMS, NOT_RUN, REPRODUCED, UNDECIDABLE, NotRun, Remark, Row, worst
 from knitstudy.paper.columns import STRAIN, Rows, Simulation, rows_of
-from knitstudy.paper.scene_names import CASES, INTERACTIONS, OTHER_SOLIDS, SOLIDS, of_cases
-from knitstudy.run.catalogue import Datasets, Scenes, one, several
+from knitstudy.paper.scene_names import CASES, INTERACTIONS, KNIT, OTHER_SOLIDS, SOLIDS, of_cases
+from knitstudy.paper.square_knits import CELLS, COUNTED
+from knitstudy.run.catalogue import Datasets, Scenes, several
 
 # Scenes of isotropic friction in all rows, by the names of the scenes with tied outer rows.
 UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "yarns-untied-course-p3"}
@@ -40,12 +41,13 @@ _STRESSED = [name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dn
 # Sources of figures and tables of findings (`run.catalogue.Display`), of which `evidence_of` makes the evidence
 SOURCES = {
     "results": {
-        "geometry": one("geometry", *of_cases(("tie-course", "isotropic-course"), SOLIDS)),
+        "geometry": KNIT,
         "histories": several("simulation", *MODELS, *_SOLIDS, *_VARIED, "sweep-*", *_SQUARES),
         "contacts": several("contacts", *_SOLIDS, *_VARIED, optional=True),
         "stresses": several("stress", *_STRESSED, "reading-*-yarns-isotropic-*", optional=True),
         "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),
     },
+    "tables": (COUNTED,),
     "files": ("paper", "reference", "mechanisms"),
     "scenes": True,
 }
@@ -73,6 +75,8 @@ class Evidence:
     normal: str = "normal_resultant"  # of contacts (``rom.normal``)
     # ``resources/reference/mechanisms.csv``: networks of beams in which one thing at a time is changed
     mechanisms: pd.DataFrame | None = None
+    # Table of unknowns and memory of the base's knit and of larger ones, which no simulation and no reading changes
+    counted_unknowns: pd.DataFrame | None = None
     base: Evidence | None = None  # evidence of the base, which has the reference; None for the base
     # Whether it is of the paper's own discretisation, whose direct simulations are all that models are compared with
     as_printed: bool = False
@@ -111,6 +115,13 @@ class Evidence:
     def printed(self, table: str, case: str, quantity: str) -> float:
         """Return a number that the paper prints."""
         return number(self.paper, table, case, quantity)
+
+    def counted(self, model: str, cells: int, column: str) -> float:
+        """Return a count of a model of square knits (`square_knits`); raises `NotRun` where there is none."""
+        if self.counted_unknowns is None:
+            raise NotRun(f"the study has no table {COUNTED}")
+        table = self.counted_unknowns
+        return float(table.loc[(table["model"] == model) & (table[CELLS] == cells), column].item())
 
     def has(self, name: str, stage: str = "simulation") -> bool:
         """Whether there is a result of a scene."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 import xarray as xr
-from scipy.special import stdtrit
 
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.models.rom2d.build import heights
@@ -48,12 +46,19 @@ from knitstudy.paper.claims import (
 from knitstudy.paper.claims.evidence import Evidence
 from knitstudy.paper.columns import DOF, Simulation
 from knitstudy.paper.scene_names import INTERACTIONS
-from knitstudy.paper.square_knits import SIZES, SMALLEST, counted_solids, series_of
+from knitstudy.paper.square_knits import (
+    FACTOR,
+    FACTOR_MULTIPLIED,
+    MULTIPLIED,
+    SIZES,
+    SMALLEST,
+    TIED,
+    TOUCHING,
+    series_of,
+)
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
-# Claims S1, S3: scenes with hexahedra of the paper's size
-PAPERS_MESH, IN_CONTACT = "dns-tie-course", "dns-isotropic-course"
 TIED_KNITS, LARGE = (
     "domain-yarns-tie-course",
     6,
@@ -114,50 +119,57 @@ def heights_of_contacts(evidence: Evidence) -> Iterator[Row | Remark]:
 @CLAIMS.add("S1")
 def growth_of_ties(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that degrees of freedom of tied knits are the paper's at 3 x 3 cells and at 30 x 30 cells."""
-    rows = (evidence.base or evidence).rows
-    if PAPERS_MESH not in rows:
-        raise NotRun(f"the study has no {PAPERS_MESH}, whose mesh is the paper's")
-    law = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene.value("mesh"), evidence.paper)[0].unknowns
+    few, many = (evidence.counted(TIED, n, DOF.head) for n in (SIZES[0], SIZES[-1]))
     three = evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
     thirty = evidence.printed("fig12a", "c30w30 tie", "degrees of freedom")
     name = "degrees of freedom, {0} x {0} cells"
-    yield comparable(name.format(30), law(30), thirty, f"{law(30):,.0f}", f"some {thirty:,.0f}")
-    yield comparable(name.format(3), law(3), three, f"{law(3):,.0f}", f"{three:,.0f}")
-    ours, theirs = (f"{np.log10(many / few):.2f}" for few, many in ((law(3), law(30)), (three, thirty)))
-    yield Row("exponent in cells in a row", ours, theirs)
+    yield comparable(name.format(30), many, thirty, f"{many:,.0f}", f"some {thirty:,.0f}")
+    yield comparable(name.format(3), few, three, f"{few:,.0f}", f"{three:,.0f}")
+    yield Row("exponent in cells in a row", f"{np.log10(many / few):.2f}", f"{np.log10(thirty / three):.2f}")
     yield Remark("counted without a solution")
 
 
 @CLAIMS.add("S2")
 def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
-    """Yield that memory of knits in contact grows from 3 x 3 to 30 x 30 cells as in Table 3."""
+    """Yield that the factor of knits in contact grows from 3 x 3 to 30 x 30 cells as the memory in Table 3."""
+    printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in SIZES]
+    grows = printed[-1] / printed[0]
+    shown = [Row("exponent in cells in a row, Table 3", "", f"{_exponent(printed):.2f}")]
+    for column, how in ((FACTOR, "by penalties"), (FACTOR_MULTIPLIED, "with multipliers")):
+        memory = [evidence.counted(TOUCHING, n, column) for n in SIZES]
+        factor = memory[-1] / memory[0]
+        name = f"factor of 30 x 30 over that of 3 x 3 cells, contact {how}"
+        yield comparable(name, factor, grows, f"{factor:.0f}", f"{grows:.0f}")
+        shown.append(Row(f"exponent in cells in a row, contact {how}", f"{_exponent(memory):.2f}"))
+        for n, ours, theirs in zip(SIZES, memory, printed, strict=True):
+            if n in (SIZES[0], SIZES[-1]):
+                shown.append(
+                    Row(f"factor, {n} x {n} cells, contact {how}", f"{ours:,.0f} MB", f"{theirs:,.0f} MB")
+                )
+    yield from shown
+    yield from _of_runs(evidence)
+    yield Remark(
+        "entries of the factor after nested dissection, 8 bytes each, counted without a solution; the unit of Table 3 "
+        "is not printed"
+    )
+
+
+def _of_runs(evidence: Evidence) -> Iterator[Row]:
+    """Yield the exponent of the resident memory of runs of hexahedra in contact, where the study has them."""
     friction = INTERACTIONS["isotropic"]
     simulated = (row for row in evidence.rows.values() if "simulation" in row.results)
-    of_hexahedra = [
-        series
-        for series in series_of(simulated)
-        if series.model.startswith(HEXAHEDRA["one_point"]) and series.interaction == friction
-    ]
-    if not of_hexahedra:
-        raise NotRun(f"the study has no square knits of hexahedra of rising size with {friction}")
-    series = of_hexahedra[0]
-    exponent = series.growth([memory_growth(row.history) for row in series.rows])
-    printed = [evidence.printed("3", f"c{n}w{n}", "memory") for n in SIZES]
-    # 95 % by Student's t: few sizes are fitted, and may lie on a line by chance
-    fitted = float(stdtrit(series.freedom, 0.975)) * exponent.uncertainty
-    interval = replace(exponent, uncertainty=max(fitted, series.scattered()))
-    factor = interval.of(lambda value: 10**value)
-    grows = printed[-1] / printed[0]
-    ours = f"{factor.value:.0f} ± {factor.uncertainty:.0f}"
-    yield comparable("memory of 30 x 30 over that of 3 x 3 cells", factor, grows, ours, f"{grows:.0f}")
-    wanted = float(np.polyfit(np.log(SIZES), np.log(printed), 1)[0])
-    near = float(np.log(printed[1] / printed[0]) / np.log(2))
-    name = f"exponent of {', '.join(map(str, series.cells))} cells in a row"
-    yield Row(name, f"{exponent}", f"{wanted:.2f}; of 3 and 6: {near:.2f}")
-    yield Remark(
-        "extrapolated by the exponent; memory scatters by a fifth from run to run (docs/notes/performance.md), and "
-        "earlier studies gave 50 to 103: repeated runs, or knits of 8 x 8 cells and more, decide"
-    )
+    for series in series_of(simulated):
+        if series.model.startswith(HEXAHEDRA["one_point"]) and series.interaction == friction:
+            exponent = series.growth([memory_growth(row.history) for row in series.rows])
+            sizes = ", ".join(map(str, series.cells))
+            yield Row(
+                f"exponent of the memory of runs, iterative solver, {sizes} cells in a row", f"{exponent}"
+            )
+
+
+def _exponent(values: Sequence[float]) -> float:
+    """Return the exponent of a power law of values at `SIZES` in cells in a row."""
+    return float(np.polyfit(np.log(SIZES), np.log(values), 1)[0])
 
 
 @CLAIMS.add("S4")
@@ -170,10 +182,8 @@ def exponentially(evidence: Evidence) -> Iterator[Row | Remark]:
     yield at_most(name, left[0], "less than a power", left[1] / MUCH, sense=left[1], text=texts[0])
     yield Row("what a power law leaves", texts[1])
     yield Row("exponent of the power law", f"{np.polyfit(np.log(SIZES), np.log(printed), 1)[0]:.2f}")
-    rows = (evidence.base or evidence).rows
-    if PAPERS_MESH in rows:
-        solids = counted_solids(evidence.fabric, rows[PAPERS_MESH].scene.value("mesh"), evidence.paper)
-        ours = (f"{each:.3f}" for each in _left([solids[0].unknowns(n) for n in SIZES]))
+    if evidence.counted_unknowns is not None:
+        ours = (f"{each:.3f}" for each in _left([evidence.counted(TIED, n, DOF.head) for n in SIZES]))
         yield Row("the same of this study's hexahedra, exponential; power law", "; ".join(ours))
     yield Remark("Table 3 is the paper's own")
 
@@ -230,20 +240,29 @@ def _knits_by_cells(evidence: Evidence) -> dict[int, Simulation]:
 
 @CLAIMS.add("S3")
 def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
-    """Yield that contact takes more degrees of freedom than ties."""
-    for name in (PAPERS_MESH, IN_CONTACT):
-        if not evidence.has(name):
-            raise NotRun(f"the study has no {name}")
-    ratio = evidence.rows[IN_CONTACT][DOF] / evidence.rows[PAPERS_MESH][DOF]
-    paper = evidence.printed("3", "c3w3", "degrees of freedom")
-    paper /= evidence.printed("5", "dns-tie 3x3", "degrees of freedom")
-    name = "degrees of freedom, contact over ties"
-    texts = (f"{ratio:.2f}", f"{paper:.2f}")
-    if ratio == 1:
-        yield Row(name, *texts, UNDECIDABLE)
-    else:
-        yield comparable(name, ratio, paper, *texts, direction=ratio > 1)
-    yield Remark("contact by penalties adds no degrees of freedom: missing is what the paper counts")
+    """Yield that contact takes more degrees of freedom than ties, with its multipliers counted."""
+    counts = {
+        n: tuple(evidence.counted(TOUCHING, n, column) for column in (DOF.head, MULTIPLIED))
+        for n in (SIZES[0], SIZES[-1])
+    }
+    ties = {
+        3: evidence.printed("5", "dns-tie 3x3", "degrees of freedom"),
+        30: evidence.printed("fig12a", "c30w30 tie", "degrees of freedom"),
+    }
+    contact = {n: evidence.printed("3", f"c{n}w{n}", "degrees of freedom") for n in ties}
+    for n, (solid, multiplied) in counts.items():
+        name = f"degrees of freedom, contact over ties, {n} x {n} cells"
+        ratio, paper = multiplied / solid, contact[n] / ties[n]
+        yield comparable(name, ratio, paper, f"{ratio:.2f}", f"{paper:.2f}", direction=ratio > 1)
+    few = SIZES[0]
+    rows = few * (few - 2)  # cells of the rows in contact; outer rows are tied
+    ours, theirs = (counts[few][1] - counts[few][0]) / rows, (contact[few] - ties[few]) / rows
+    times = f"{theirs:,.0f} = {theirs / ours:.4g} x {ours:,.0f}"
+    yield Row("contact variables a cell in contact", f"{ours:,.0f}", times)
+    yield Remark(
+        "three multipliers at every surface node of one yarn of each pair in contact; penalties add none. The paper "
+        "does not say which variables it counts"
+    )
 
 
 # ---- Maximum principal stress in the segments of a cell

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -72,14 +71,14 @@ def draw(
         panel_letter(axes, "c", "solid yarns without tied rows")
     if geometry is not None:
         axes = place(drawing, 0.11, low + BELOW + 12.0, 0.5, ABOVE - 20.0)
-        _draw_size(axes, geometry, scenes["geometry"].value("mesh"), paper)
+        _draw_size(axes, geometry, paper)
     return drawing
 
 
-def _draw_size(axes: Axes, geometry: xr.Dataset, mesh: Any, paper: pd.DataFrame) -> None:
+def _draw_size(axes: Axes, geometry: xr.Dataset, paper: pd.DataFrame) -> None:
     """Draw degrees of freedom over the size, counted (lines) and the paper's (crosses)."""
     lines = []
-    for model in counted_models(fabric_of(geometry), mesh, paper):
+    for model in counted_models(fabric_of(geometry), paper):
         ink = MODELS.get(model.stem.split("-")[0], DIRECT).colour
         if model.multiplied is NONE:
             lines.append((model.name, model.unknowns, ink, "-"))

@@ -12,6 +12,7 @@ import xarray as xr
 
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.estimate import UNKNOWN
+from knitstudy.measures.factor import factor_size
 from knitstudy.measures.reference import discretisation
 from knitstudy.measures.response import MEGABYTE
 from knitstudy.paper.cases import (
@@ -42,9 +43,21 @@ from knitstudy.paper.columns import (
     rows_of,
     tabulated,
 )
-from knitstudy.paper.scene_names import SQUARES
-from knitstudy.paper.square_knits import NONE, SIZES, Series, counted_models, series_of
-from knitstudy.run.catalogue import TABLES, Datasets, Scenes, one, several
+from knitstudy.paper.scene_names import KNIT, SQUARES
+from knitstudy.paper.square_knits import (
+    CELLS,
+    COUNTED,
+    FACTOR,
+    FACTOR_MULTIPLIED,
+    FRONT,
+    MULTIPLIED,
+    NONE,
+    SIZES,
+    Series,
+    counted_models,
+    series_of,
+)
+from knitstudy.run.catalogue import TABLES, Datasets, Scenes, several
 
 KNITS = several("simulation", *SQUARES, fewest=10)  # Fewer are not all of Table 3
 
@@ -98,12 +111,9 @@ def tabulate_growth(domain: Datasets, scenes: Scenes) -> pd.DataFrame:
 
 
 @TABLES.add(
-    "counted_unknowns",
-    "Tables 3 and 5: degrees of freedom of square knits",
-    results={
-        "geometry": one("geometry", "dns-tie-course"),
-        "squares": several("simulation", *SQUARES, optional=True),
-    },
+    COUNTED,
+    "Tables 3 and 5: degrees of freedom and memory of square knits",
+    results={"geometry": KNIT, "squares": several("simulation", *SQUARES, optional=True)},
     order=4.9,
 )
 def tabulate_unknowns(
@@ -111,13 +121,13 @@ def tabulate_unknowns(
 ) -> pd.DataFrame:
     """Return one row for every model and size of knits of cut cells, counted without a solution.
 
-    Memory follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is
-    the largest distance of these from the law.
+    The memory of a direct solver is that of its largest front and of its factor (`measures.factor`). Memory of runs
+    follows from its linear law in the unknowns where knits of several sizes were simulated; its uncertainty is the
+    largest distance of these from the law.
     """
-    models = counted_models(fabric_of(geometry), scenes["geometry"].value("mesh"), paper)
     series = {of_model.stem: of_model for of_model in series_of(rows_of(scenes, squares or {}).values())}
     rows = []
-    for model in models:
+    for model in counted_models(fabric_of(geometry), paper):
         memory, uncertain = NONE, nan
         if (measured := series.get(f"domain-{model.stem}-course")) is not None:
             costs = _costs(measured)
@@ -127,18 +137,24 @@ def tabulate_unknowns(
             of_paper = (paper, "3" if model.case.startswith("c") else "5", model.case.format(n=n))
             unknowns, law = model.unknowns(n), model.law(n)
             printed = number_if_printed(*of_paper, "degrees of freedom")
+            own, *with_multipliers = map(factor_size, model.graphs(n))
             rows.append(
                 {
                     "model": model.name,
-                    "cells in a row [1]": n,
-                    "degrees of freedom [1]": round(unknowns),
-                    "with multipliers [1]": model.multiplied(n),
+                    CELLS: n,
+                    DOF.head: round(unknowns),
+                    MULTIPLIED: model.multiplied(n),
                     "degrees of freedom, paper [1]": printed,
                     "the paper's law [1]": law,
                     "over the paper's [1]": unknowns / (printed if np.isnan(law) else law),
-                    "memory growth, by its law [MB]": memory(unknowns),
-                    "uncertainty of the memory [1]": uncertain,
+                    FRONT: own.front_bytes / MEGABYTE,
+                    FACTOR: own.factor_bytes / MEGABYTE,
+                    FACTOR_MULTIPLIED: with_multipliers[0].factor_bytes / MEGABYTE
+                    if with_multipliers
+                    else nan,
                     "memory, paper [MB]": number_if_printed(*of_paper, "memory"),
+                    "memory growth of runs, by its law [MB]": memory(unknowns),
+                    "uncertainty of that growth [1]": uncertain,
                 }
             )
     return pd.DataFrame(rows)
