@@ -111,11 +111,9 @@ def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
         name = f"factor of 30 x 30 over that of 3 x 3 cells, contact {how}"
         yield comparable(name, factor, grows, f"{factor:.0f}", f"{grows:.0f}")
         shown.append(Row(f"exponent in cells in a row, contact {how}", f"{_exponent(memory):.2f}"))
-        for n, ours, theirs in zip(SIZES, memory, printed, strict=True):
-            if n in (SIZES[0], SIZES[-1]):
-                shown.append(
-                    Row(f"factor, {n} x {n} cells, contact {how}", f"{ours:,.0f} MB", f"{theirs:,.0f} MB")
-                )
+        for end in (0, -1):
+            name = f"factor, {SIZES[end]} x {SIZES[end]} cells, contact {how}"
+            shown.append(Row(name, f"{memory[end]:,.0f} MB", f"{printed[end]:,.0f} MB"))
     yield from shown
     yield from _of_runs(evidence)
     yield Remark(
@@ -165,7 +163,7 @@ def _left(unknowns: Sequence[float]) -> tuple[float, float]:
     return exponential, power
 
 
-@CLAIMS.add("S3")
+@CLAIMS.add("S3", worst_first=True)
 def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     """Yield that contact takes more degrees of freedom than ties, with its multipliers counted."""
     counts = {
@@ -182,8 +180,8 @@ def unknowns_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
         ratio, paper = multiplied / solid, contact[n] / ties[n]
         yield comparable(name, ratio, paper, f"{ratio:.2f}", f"{paper:.2f}", direction=ratio > 1)
     few = SIZES[0]
-    rows = few * (few - 2)  # cells of the rows in contact; outer rows are tied
-    ours, theirs = (counts[few][1] - counts[few][0]) / rows, (contact[few] - ties[few]) / rows
+    touching = few * (few - 2)  # cells; outer rows are tied
+    ours, theirs = (counts[few][1] - counts[few][0]) / touching, (contact[few] - ties[few]) / touching
     times = f"{theirs:,.0f} = {theirs / ours:.4g} x {ours:,.0f}"
     yield Row("contact variables a cell in contact", f"{ours:,.0f}", times)
     yield Remark(
