@@ -1,6 +1,7 @@
 """Every figure on small made-up results; solids are recorded instead of rendered."""
 
 import logging
+import re
 from itertools import chain
 from operator import attrgetter
 from pathlib import Path
@@ -27,8 +28,17 @@ from knitstudy.measures.estimate import Estimate
 from knitstudy.measures.reference import Reference
 from knitstudy.measures.response import FORCE
 from knitstudy.paper import figures
+from knitstudy.paper.claims.verdicts import under_readings
 from knitstudy.paper.figures.fig10_kinematics import QUANTITIES, SIDES, ZONES
-from knitstudy.paper.figures.fig15_force_strain import CUT, draw_reference
+from knitstudy.paper.figures.fig15_force_strain import (
+    BEYOND,
+    BREAK,
+    CUT,
+    Curve,
+    draw_curves,
+    draw_reference,
+)
+from knitstudy.paper.figures.fig_readings import cannot_be, decided
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use import solids, style
 from knitstudy.use.solids import Picture, RenderingError, Surface, View, arrow, sphere, tube
@@ -106,6 +116,13 @@ def results(knit, plain_scene, touching, paper, cases):
     )
     own |= dict.fromkeys(("fig15_force_strain", "fig15_variants"), models)
     own |= dict.fromkeys(("fig16_out_of_plane", "fig16_wale"), tied | {"scenes": solids})
+    of_course = {kind: cases[f"dns-{kind}-course"] for kind in ("tie", "isotropic")}
+    rough = next(scene for scene in inputs.values() if scene.interaction == "rough")
+    exact = {"tie": (study.FORCE["tie"], study.LIFT["tie"]), "rough": study.ROUGH}
+    exact["isotropic"] = study.FORCE["isotropic"], study.LIFT["isotropic"]
+    own["fig09_interactions"] = tied | {"scenes": of_course | {"rough": rough}}
+    for kind, (force, lift) in exact.items():
+        own["fig09_interactions"][kind] = curve(force=(0, force / 2, force), lift=lift)
     own["fig06_joints"] = tied | {"rom3d": synthetic.history_of(knit)}
     own["fig12_size_and_beams"] = friction | {"dns": curve()}
     judged = tied | {"contacts": dict.fromkeys(inputs, touching["contacts"]), "scenes": inputs}
@@ -207,13 +224,76 @@ def test_force_curves_end_with_their_names_and_the_highest_is_cut(drawn, cases):
         curve = np.column_stack([100 * history["strain"], history["force"]])
         assert any(np.array_equal(line.get_xydata(), curve) for line in axes.get_lines())
     assert [text.get_text() for text in axes.texts] == [
-        "2D ROM\n↑ 24.0 N\n(2.00 ± 0.04)",
+        "2D ROM\n24.0 N\n(2.00 ± 0.04)",
         "3D ROM\n14.4 N\n(1.20 ± 0.02)",
         "DNS\n12.0 N\n(1.00 ± 0.02)",
     ]
-    assert axes.get_ylim()[1] == pytest.approx(CUT * 14.4)
-    others = drawn("fig15_variants").axes[0]
-    assert "3D ROM, pinned joints" in [label.get_text() for label in others.get_yticklabels()]
+    assert axes.get_ylim()[1] == pytest.approx(1.05 * 24.0)
+
+
+def test_an_axis_is_broken_where_one_curve_rises_far_above_the_others():
+    """All curves stay in the axes; a label stands at the height at which its curve ends."""
+    look = figures.MODELS["rom2d"]
+    for highest, heights in ((20.0, [20 / 21, 10 / 21]), (60.0, [1 - BEYOND * 3 / 50, (1 - BEYOND) / BREAK])):
+        axes = style.figure(80.0, 160.0).subplots()
+        curves = [Curve(look, np.array([0, 0.05]), np.array([0, end])) for end in (highest, 10.0)]
+        draw_curves(axes, curves, "force", "N", cut=CUT)
+        ends = axes.transData.transform([(5.0, highest), (5.0, 10.0)])
+        drawn_at = axes.transAxes.inverted().transform(ends)[:, 1]
+        np.testing.assert_allclose(drawn_at, heights)
+        assert axes.texts[1].xy[1] == pytest.approx(heights[1])
+
+
+def test_variants_stand_below_the_models_of_the_paper_with_their_ratios(drawn):
+    axes = drawn("fig15_variants").axes[0]
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert names[:3] == ["DNS, main", "3D ROM, main", "2D ROM, main"]
+    beside = {names[round(text.get_position()[1])]: text.get_text() for text in axes.texts[:2]}
+    assert beside == {"DNS, main": "1.00", "3D ROM, main": "1.20"}
+    assert "3D ROM, pinned joints" in names
+    lacking = {names[round(text.get_position()[1])]: text.get_text() for text in axes.texts}
+    assert lacking["3D ROM, springs along x, y, z"] == "no springs"
+
+
+def test_interactions_end_beside_their_references_with_uncertainty(drawn):
+    """Bars of (a) are the force of the reference, 2 % off at most; names stand beside with the same numbers."""
+    axes = drawn("fig09_interactions").axes[0]
+    assert [text.get_text() for text in axes.texts] == [
+        "tie constraint\n12.0 N\n(reference:\n12.00 ± 0.24)",
+        "rough contact\n11.0 N\n(reference:\n11.00 ± 0.22)",
+        "isotropic friction\n10.0 N\n(reference:\n10.00 ± 0.20)",
+    ]
+    bars = [bar.get_segments()[-1][:, 1] for bar in axes.collections]
+    np.testing.assert_allclose(sorted(map(tuple, bars)), [(9.8, 10.2), (10.78, 11.22), (11.76, 12.24)])
+
+
+def test_two_values_of_a_sweep_are_no_trend(drawn):
+    """A line joins three values or more, and a panel says how many lack."""
+    swept = study.swept_histories(study.swept_scenes(), {"shape": 1.0})
+    two = {name: swept[name] for name in swept if re.match(r"sweep-shape-c0[89]0-isotropic", name)}
+    for sweeps, line in ((swept, "-"), (two, "None")):
+        axes = drawn("fig11_sweeps", sweeps=sweeps).axes[0]
+        assert axes.lines[0].get_linestyle() == line
+        assert ("drawn shape held: 2 of 5 values" in axes.texts[0].get_text()) == (line == "None")
+
+
+def test_all_motions_out_of_plane_have_one_scale_of_colours(drawn):
+    """So that the interaction with the larger motion has the stronger colours; only the bar has an axis."""
+    (bar,) = [axes for axes in drawn("fig16_out_of_plane").axes if axes.axison]
+    assert "u_z" in bar.get_xlabel()
+
+
+def test_a_matrix_of_verdicts_has_what_a_reading_decides_and_names_the_rest(drawn, results):
+    figure = drawn("fig_readings")
+    found = under_readings(results("fig_readings")["findings"], results("fig_readings")["readings"])
+    shown = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert shown == ["base", *(each.reading.reading for each in found[1:] if decided(each))]
+    (notes,) = [" ".join(text.get_text().split()) for text in figure.texts]
+    left_out = notes.partition("to decide a claim: ")[2]
+    names = left_out.partition(". Claims")[0].split("; ")
+    assert names == [each.reading.reading for each in found[1:] if not decided(each)]
+    friction = next(each for each in found if each.reading.choice == "friction")
+    assert [claim for claim in ("K5", "K13") if cannot_be(friction, claim)] == ["K13"]
 
 
 def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
@@ -222,7 +302,7 @@ def test_every_crossing_of_the_centre_cell_has_its_kinematics(drawn, touching):
         assert {line.get_label() for line in axes.get_lines()} >= {label for label, _ in ZONES}
     ends = [axes.get_lines()[1].get_ydata()[-1] for axes in panels]
     turned, spun = np.degrees(0.1), np.degrees(0.2)
-    np.testing.assert_allclose(ends, [turned, turned, 1.0, 1.0, 100.0, 90.0, spun, spun])
+    np.testing.assert_allclose(ends, [turned, turned, 1.0, 1.0, 100.0, 90.0, 100.0, 90.0, spun, spun])
     with refusal(r"section_rotation is missing.*run the direct simulation again"):
         drawn("fig10_kinematics", contacts=touching["contacts"].drop_vars("section_rotation"))
 

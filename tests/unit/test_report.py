@@ -11,7 +11,7 @@ import yaml
 from matplotlib.figure import Figure
 from refusals import refusal
 
-from knitstudy.paper.report import age_warning, numbers, render
+from knitstudy.paper.report import age_warning, numbers, render, value
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.run.committed_tables import with_runs
 from knitstudy.use.style import save
@@ -146,6 +146,7 @@ def test_numbers_of_a_figure_stand_in_a_table(results):
     shown = numbers(table, "t", {"size (m)": "b"})
     assert (shown["header"], shown["rows"]) == (["name", "size (m)"], [["a", "1.235"], ["c", "–"]])
     assert numbers({}, "t", {"size (m)": "b"}) is None
+    assert value(table, "t", "a", "b", ".1f", 1e-3) == "1234.6", "a caption names the unit"
     with refusal("captions: table 't' has no column 'z'"):
         numbers(table, "t", {"size": "z"})
 

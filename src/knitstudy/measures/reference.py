@@ -47,10 +47,12 @@ class Reference:
         known = {at for name, at in self.estimates if name == quantity}
         return sorted(at for at in known if at <= up_to * (1 + response.SAME_STRAIN))
 
-    def curve(self, up_to: float = np.inf) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return strains, forces [N] and their uncertainties [N], from the unloaded state on."""
-        strains = self.strains(response.FORCE, up_to)
-        estimates = [Estimate(0.0, 0.0), *(self.at(response.FORCE, strain) for strain in strains)]
+    def curve(
+        self, up_to: float = np.inf, quantity: str = response.FORCE
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return strains, values of a quantity that begins at zero, and their uncertainties, from no load on."""
+        strains = self.strains(quantity, up_to)
+        estimates = [Estimate(0.0, 0.0), *(self.at(quantity, strain) for strain in strains)]
         return (
             np.array([0.0, *strains]),
             np.array([estimate.value for estimate in estimates]),

@@ -203,8 +203,15 @@ def key(scene: Scene | None, name: str, form: str = ".3g", unit: float = 1.0) ->
     return NOTHING if scene is None else format(scene.value(name) / unit, form)
 
 
-def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str, form: str = ".3g") -> str:
-    """Return one number of a table for a caption; the row is named by its cell in the first column.
+def value(
+    results: Mapping[str, pd.DataFrame],
+    table: str,
+    row: str,
+    column: str,
+    form: str = ".3g",
+    unit: float = 1.0,
+) -> str:
+    """Return one number of a table, in a unit, for a caption; the row is named by its cell in the first column.
 
     Returns a dash if the study lacks the scenes of the table or of the row. Raises ConfigurationError if no such table,
     row or column exists.
@@ -225,7 +232,7 @@ def value(results: Mapping[str, pd.DataFrame], table: str, row: str, column: str
             f"{', '.join(map(str, names))}, columns {', '.join(map(str, frame.columns))}"
         )
     number = frame.loc[names == row, column].iloc[0]
-    return NOTHING if pd.isna(number) else format(number, form)
+    return NOTHING if pd.isna(number) else format(number / unit, form)
 
 
 def cells(table: pd.DataFrame) -> pd.DataFrame:

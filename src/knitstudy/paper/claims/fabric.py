@@ -58,8 +58,8 @@ from knitstudy.paper.square_knits import (
 )
 
 CONTACT_BAR = 1e-3  # Claim G1: largest |D - 2R - c0| over R at which yarns count as touching at points
-# Claim S2: share by which the growth of the factor changes with the order of elimination, while it avoids wide cuts, and
-# with the reach of contact (docs/notes/performance.md)
+# Claim S2: share by which the growth of the factor changes with the reach of contact, and with the order of elimination
+# while that avoids wide cuts (docs/notes/performance.md)
 COUNTED = 0.08
 LENGTH_BAR = 0.02  # Claim G2: relative change of length that counts as hardly any
 TIED_KNITS, LARGE = (
@@ -151,8 +151,8 @@ def memory_of_contact(evidence: Evidence) -> Iterator[Row | Remark]:
     yield from shown
     yield from _of_runs(evidence)
     yield Remark(
-        "entries of the factor after nested dissection, 8 bytes each, counted without a solution; the order in which the "
-        "paper's solver eliminates unknowns is not printed"
+        "entries of the factor after nested dissection, 8 bytes each, counted without a solution; the order in which "
+        "the paper's solver eliminates unknowns is not printed"
     )
 
 

@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from knitstudy.measures.response import out_of_plane
+from knitstudy.measures.estimate import Estimate
+from knitstudy.measures.reference import reference_of
+from knitstudy.measures.response import FORCE, LARGEST_U_Z, out_of_plane
 from knitstudy.paper.figures import INTERACTIONS
-from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves
+from knitstudy.paper.figures.fig15_force_strain import Curve, draw_curves, draw_reference
 from knitstudy.paper.scene_names import solid
-from knitstudy.run.catalogue import FIGURES
+from knitstudy.run.catalogue import FIGURES, Scenes
 from knitstudy.use.solids import Place, draw_arrow, write
 from knitstudy.use.style import (
     ACCENT,
@@ -140,16 +143,28 @@ def _draw_bodies(axes: Axes, lower: Profile, upper: Profile, formula: str) -> No
         "isotropic": solid("simulation", "isotropic-course"),
     },
 )
-def draw_interactions(**histories: xr.Dataset) -> Figure:
-    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain."""
-    drawing = figure(DOUBLE, 70.0)
-    quantities = (("reaction force", "N"), ("largest out-of-plane motion $|u_z|$", "mm"))
-    for k, (quantity, unit) in enumerate(quantities):
-        axes = drawing.add_axes((0.08 + 0.5 * k, 0.15, 0.27, 0.75))
+def draw_interactions(scenes: Scenes, reference: pd.DataFrame, **histories: xr.Dataset) -> Figure:
+    """Draw the reaction force, and the largest |u_z| along the centrelines, over strain, with their references."""
+    drawing = figure(DOUBLE, 76.0)
+    known = {name: reference_of(reference, scenes[name]) for name in histories}
+    quantities = (
+        ("reaction force", "N", FORCE, 1.0),
+        ("largest out-of-plane motion $|u_z|$", "mm", LARGEST_U_Z, 1 / MILLIMETRE),
+    )
+    for k, (label, unit, quantity, size) in enumerate(quantities):
+        axes = drawing.add_axes((0.075 + 0.5 * k, 0.14, 0.24, 0.77))
         curves = []
         for name, history in histories.items():
-            value = MILLIMETRE * out_of_plane(history) if k else history["force"].to_numpy()
-            curves.append(Curve(INTERACTIONS[name], history["strain"].to_numpy(), value))
-        draw_curves(axes, curves, quantity, unit)
+            value = out_of_plane(history) if quantity == LARGEST_U_Z else history["force"].to_numpy()
+            true = known[name].at(quantity, float(history["strain"][-1]))
+            note = (
+                f"\n(reference:\n{Estimate(true.value / size, true.uncertainty / size)})"
+                if true.known
+                else ""
+            )
+            curves.append(Curve(INTERACTIONS[name], history["strain"].to_numpy(), value / size, note))
+        draw_curves(axes, curves, label, unit)
+        for name in histories:
+            draw_reference(axes, known[name], size, quantity, INTERACTIONS[name].colour)
         panel_letter(axes, "ab"[k])
     return drawing

@@ -165,12 +165,20 @@ def piece(
 WHOLE = View.orbit(turn=-18, tilt=16)
 DETAIL = View.orbit(turn=34, tilt=-37)
 BEAM, ARM = 0.26, 0.16  # radii in which beams and joints are drawn, over the yarn's
-REACH_OF_JOINT = 3.2  # how much of the yarns the detail shows on either side of the joint, in radii
-AXIS = 2.0  # length of the directions in the detail, in radii
+REACH_OF_JOINT = 2.2  # how much of the yarns the detail shows beyond the joints, in radii
+AXIS = 1.7  # length of the springs in the detail, in radii
+TURNS, COIL, WIRE = (
+    6,
+    0.13,
+    0.03,
+)  # of a drawn spring: turns, radii of the coil and of the wire over the yarn's
 PLACES_OF_JOINT: dict[str, tuple[float, float]] = {
-    "$C_1$": (-32, -10),
-    "$C_3$": (34, 8),
-    "$P_1$": (0, -30),
+    "$C_1$": (-30, -8),
+    "$C_2$": (-30, 12),
+    "$C_3$": (32, 4),
+    "$C_4$": (30, 14),
+    "$P_1$": (-4, -28),
+    "$P_2$": (10, 30),
 }  # offsets of names from points [points]
 
 
@@ -181,23 +189,24 @@ PLACES_OF_JOINT: dict[str, tuple[float, float]] = {
     | {"rom3d": network("rom3d", "isotropic-course")},
 )
 def draw_joints(geometry: xr.Dataset, contacts: xr.Dataset, rom3d: xr.Dataset) -> Figure:
-    """Draw the beams of the model between their nodes with the arms that join them, and the joint at P1."""
+    """Draw the beams of the model between their nodes with the arms that join them, and the joints at P1 and P2."""
     knit = fabric_of(geometry)
     side = InterlockSide.in_the_middle(knit, contacts)
     radius = knit.radius
-    axes = spring_axes(side.normal, "local")[0]
+    axes = spring_axes(side.normal, "local")
     whole = _whole(knit, contacts, rom3d)
-    joint = _joint(knit, side, rom3d, axes)
+    joint = _joints(knit, side, rom3d, axes)
     pictures = [
         Picture(surfaces, view, bounds(surfaces, view, below), bar, directions=view is WHOLE)
         for surfaces, view, below, bar in ((whole, WHOLE, 3.0, 5), (joint, DETAIL, 0.5, 1))
     ]
-    titles = "beams and joints", "joint of $C_1$ and $C_3$ at $P_1$"
+    titles = "beams and joints", "joints of $C_1$, $C_3$ and $C_2$, $C_4$"
     drawing, (_, right) = draw_rows([pictures], titles=titles)
-    points = {"$C_1$": side.C[0, 0], "$C_3$": side.C[0, 1], "$P_1$": side.P[0]}
+    points = {f"$C_{i + 1}$": side.C[i % 2, i // 2] for i in range(4)}
+    points |= {f"$P_{i + 1}$": point for i, point in enumerate(side.P)}
     name_points(right, DETAIL, points, PLACES_OF_JOINT, ACCENT)
-    for name, direction in zip("xyz", axes, strict=True):
-        tip = side.P[0] + (AXIS + 0.3) * radius * direction
+    for name, direction in zip("xyz", axes[0], strict=True):
+        tip = side.P[0] + (AXIS + 0.25) * radius * direction
         write(right, MILLIMETRE * DETAIL.project(tip), f"${name}$")
     return drawing
 
@@ -217,17 +226,39 @@ def _whole(knit: Fabric, contacts: xr.Dataset, rom3d: xr.Dataset) -> list[Surfac
     return surfaces
 
 
-def _joint(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
-    """Return C1 and C3, the arms from there to P1, the beam nodes around, and the axes (3, 3) of its springs."""
+def _joints(knit: Fabric, side: InterlockSide, rom3d: xr.Dataset, axes: np.ndarray) -> list[Surface]:
+    """Return the points C, their arms to the points P, the beam nodes around, and the springs along axes (2, 3, 3)."""
     radius = knit.radius
-    start = side.P[0]
+    reach = REACH_OF_JOINT * radius
     s, of_yarn = rom3d["arc_length"].to_numpy(), rom3d["yarn"].to_numpy()
-    surfaces = [arrow(start, AXIS * radius * direction, 0.05 * radius, INK) for direction in axes]
-    for yarn, middle, end, colour in zip(side.yarn, side.arc_length[0], side.C[0], side.colours, strict=True):
-        reach = REACH_OF_JOINT * radius
-        nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (abs(s - middle) <= reach)]
-        surfaces.append(piece(knit, yarn, (middle - reach, middle + reach), radius, colour, 0.2))
+    surfaces = []
+    for point, directions in zip(side.P, axes, strict=True):
+        for direction in directions:
+            surfaces += spring(point, AXIS * radius * direction, radius)
+    for yarn, middles, ends, colour in zip(
+        side.yarn, side.arc_length.T, side.C.swapaxes(0, 1), side.colours, strict=True
+    ):
+        low, high = middles.min() - reach, middles.max() + reach
+        nodes = rom3d["centreline"].to_numpy()[(of_yarn == yarn) & (s >= low) & (s <= high)]
+        surfaces.append(piece(knit, yarn, (low, high), radius, colour, 0.15))
         surfaces.append(tube(nodes, 0.09 * radius, colour))
         surfaces += [sphere(node, 0.16 * radius, colour) for node in nodes]
-        surfaces.append(tube([end, start], 0.10 * radius, ACCENT))
+        surfaces += [
+            tube([end, point], 0.10 * radius, ACCENT) for end, point in zip(ends, side.P, strict=True)
+        ]
     return surfaces
+
+
+def spring(start: np.ndarray, vector: np.ndarray, radius: float) -> list[Surface]:
+    """Return a coil from a point (3,) along a vector (3,) [m], and an arrow head at its end."""
+    length = float(np.linalg.norm(vector))
+    along = vector / length
+    side = np.linalg.svd(along[None])[2][1:]  # two directions across
+    share = np.linspace(0.0, 1.0, 30 * TURNS)
+    turn = 2 * np.pi * TURNS * share
+    wide = COIL * radius * np.minimum(1.0, 8 * np.minimum(share, 1 - share))  # narrow at both ends
+    coil = wide[:, None] * (np.cos(turn)[:, None] * side[0] + np.sin(turn)[:, None] * side[1])
+    middle = start + np.outer(0.75 * share, vector)
+    tip = start + np.outer([0.75, 1.0], vector)
+    head = tube(tip, radius * np.array([0.17, 0.0]), INK)
+    return [tube(middle + coil, WIRE * radius, INK), head]

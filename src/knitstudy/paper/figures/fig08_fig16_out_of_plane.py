@@ -13,6 +13,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, to_hex
 from matplotlib.figure import Figure
 
+from knitstudy.knit.geometry.fabric import Fabric
+from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.measures.reference import Reference, reference_of
 from knitstudy.measures.response import (
     RMS_U_Z,
@@ -45,6 +47,7 @@ from knitstudy.use.style import (
     INCH,
     INK,
     MILLIMETRE,
+    PAPER,
     PERCENT,
     Style,
     panel_letter,
@@ -79,36 +82,53 @@ def _results(direction: str) -> dict[str, StageResults]:
 def draw_models(
     geometry: xr.Dataset, scenes: Scenes, reference: pd.DataFrame, **models: xr.Dataset
 ) -> Figure:
-    """Draw the deformed yarns of both models at full load, true to scale; an interaction has a scale of colours."""
-    radius = float(geometry["radius"])
+    """Draw the deformed yarns of both models at full load, true to scale, on one scale of colours."""
+    knit = fabric_of(geometry)
+    # One scale for all, so that the larger motion is seen as the larger one.
+    scale = colour_scale(np.concatenate([elevation(history) for history in models.values()]))
     rows = []
-    scales = []
     titles = []
     for kind in SHOWN:
         histories = models[f"{kind}_dns"], models[f"{kind}_rom3d"]
-        scales.append(colour_scale(np.concatenate([elevation(history) for history in histories])))
-        rows.append([elevated_yarns(history, radius, scales[-1], THICKNESS) for history in histories])
-        titles += _titles(kind, *histories, reference_of(reference, scenes[f"{kind}_dns"]))
+        rows.append([elevated_yarns(history, knit.radius, scale, THICKNESS) for history in histories])
+        titles += _titles(kind, *histories, reference_of(reference, scenes[f"{kind}_dns"]), knit)
     window = bounds([surface for row in rows for surfaces in row for surface in surfaces])
     pictures = [[Picture(surfaces, FRONT, window, 5 * (row is rows[-1])) for surfaces in row] for row in rows]
     drawing, _ = draw_rows(pictures, head=14.5, foot=BAR, titles=titles)
-    for number, (scale, panels) in enumerate(zip(scales, ("a, b", "c, d"), strict=True)):
-        elevation_bar(drawing, scale, (number + 0.1) / 2, 0.4, f"({panels})  ")
+    elevation_bar(drawing, scale, 0.25, 0.5)
     return drawing
 
 
-def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference) -> list[str]:
-    """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's."""
+def _titles(kind: str, dns: xr.Dataset, rom3d: xr.Dataset, true: Reference, knit: Fabric) -> list[str]:
+    """Return model, interaction, largest motion, correlation with the DNS, and amplitude over the reference's.
+
+    The largest motion is given between the crossings of the yarns, and on their cut ends beyond them.
+    """
     titles = []
     for label, history, second in (
-        ("DNS", dns, f" at {PERCENT * float(dns['strain'][-1]):.3g} % strain"),
-        ("3D ROM", rom3d, f", correlation with the DNS {out_of_plane_correlation(rom3d, dns):.2f}"),
+        ("DNS", dns, f"{PERCENT * float(dns['strain'][-1]):.3g} % strain"),
+        ("3D ROM", rom3d, f"correlation {out_of_plane_correlation(rom3d, dns):.2f}"),
     ):
         amplitude = true.ratio(history, RMS_U_Z, rms_out_of_plane(history))
-        third = f"\namplitude {amplitude} of the reference's" if amplitude.known else ""
-        first = f"{label}, {INTERACTIONS[kind].label}\nlargest $|u_z|$"
-        titles.append(f"{first} {MILLIMETRE * np.abs(elevation(history)).max():#.3g} mm{second}{third}")
+        third = f", amplitude {amplitude}" if amplitude.known else ""
+        between = between_crossings(history, knit)
+        motion = MILLIMETRE * np.abs(elevation(history))
+        inner, ends = (np.max(motion[where], initial=0.0) for where in (between, ~between))
+        largest = f"largest $|u_z|$ {inner:#.3g} mm, on cut ends {ends:#.3g} mm"
+        titles.append(f"{label}, {INTERACTIONS[kind].label}\n{largest}\n{second}{third}")
     return titles
+
+
+def between_crossings(history: xr.Dataset, knit: Fabric) -> np.ndarray:
+    """Return whether stations (S,) lie between crossings of their piece of yarn, and not on an end beyond them."""
+    yarn, s = history["yarn"].to_numpy(), history["arc_length"].to_numpy()
+    crossings = knit.crossings
+    between = np.zeros(len(yarn), dtype=bool)
+    for number in np.unique(yarn):
+        along = crossings.arc_length[crossings.yarn == number]
+        if along.size:
+            between |= (yarn == number) & (s >= along.min()) & (s <= along.max())
+    return between
 
 
 # ---- yarns coloured by their out-of-plane displacement ----
@@ -143,13 +163,9 @@ def colour_scale(u_z: np.ndarray) -> ScalarMappable:
     )
 
 
-def elevation_bar(
-    drawing: Figure, scale: ScalarMappable, left: float, width: float, panels: str = ""
-) -> None:
+def elevation_bar(drawing: Figure, scale: ScalarMappable, left: float, width: float) -> None:
     """Draw the colours of u_z below all panels, from a share of the figure's width on and so wide."""
-    bar = colour_bar(
-        drawing, scale, f"{panels}out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g"
-    )
+    bar = colour_bar(drawing, scale, "out-of-plane displacement $u_z$ (mm)", left, width, format="%.3g")
     low, high = scale.get_clim()
     bar.set_ticks(np.linspace(low, high, 5).tolist())
 
@@ -159,6 +175,7 @@ def elevation_bar(
 OBLIQUE = View.orbit(turn=-28, tilt=24)
 CURVES = 58.0  # height of (a) and (b) [mm]
 LONGEST = 4.0  # length at which the largest force is drawn [mm of the knit]
+SMALL = 0.2  # forces below so much of the largest are dots: their arrows would be shorter than their heads
 
 
 @FIGURES.add(
@@ -216,6 +233,8 @@ def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
     acting = (size > 0) & np.isfinite(spot).all(axis=1)
     if not acting.any():
         return
+    least = SMALL * size[acting].max()
+    small, acting = acting & (size < least), acting & (size >= least)
     scale = LONGEST / size[acting].max()
     tied = last["tied"].to_numpy().astype(bool)
     for which, colour, text in ((~tied, ACCENT, "contact with friction"), (tied, INK, "tied")):
@@ -223,5 +242,10 @@ def draw_forces(axes: Axes, contacts: xr.Dataset, sign: np.ndarray) -> None:
         arm = scale * OBLIQUE.project(force[acting & which])
         look: Style = {"color": colour, "width": 0.3, "zorder": 6, "path_effects": HALO, "label": text}
         axes.quiver(*tail.T, *arm.T, angles="xy", units="xy", scale_units="xy", scale=1, **look)
-    title = f"longest arrow {size[acting].max():.3g} N"
-    axes.legend(loc="lower center", bbox_to_anchor=(0.48, -0.03), ncols=2, title=title)
+    if small.any():
+        dots: Style = {"color": FAINT, "edgecolor": PAPER, "linewidth": 0.8, "s": 16, "zorder": 6}
+        axes.scatter(*(MILLIMETRE * OBLIQUE.project(spot[small])).T, **dots)
+    title = (
+        f"longest arrow {size[acting].max():.3g} N{f'; dots: less than {least:.2g} N' if small.any() else ''}"
+    )
+    axes.legend(loc="lower center", bbox_to_anchor=(0.53, -0.03), ncols=2, title=title)

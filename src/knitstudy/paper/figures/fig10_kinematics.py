@@ -1,4 +1,4 @@
-"""Fig. 10: forces on a yarn, and how it turns, contracts, slides and spins at the crossings of the centre cell."""
+"""Fig. 10: forces on a yarn, and how it turns and contracts, and contacts move and spin, in the centre cell."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ from knitstudy.use.style import (
     tint,
 )
 
-CURVES = 112.0  # height of the curves [mm]
+CURVES = 134.0  # height of the curves [mm]
 REACH = 2.4  # half the width of the pictures of the crossing, in radii
-MAGNIFIED = 5.0  # rotation and sliding in these pictures; yarns are true to scale
+MAGNIFIED = 5.0  # rotation and slip in these pictures; yarns are true to scale
 ROUNDING = 1e-9  # values of a panel below which all of them are rounding errors
 LOWER, UPPER = "#0072B2", "#D55E00"
 
@@ -56,7 +56,8 @@ SIDES = ("yarn of the lower row", "yarn of the upper row")
 QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
     "rotation\n(°)": lambda contacts: np.degrees(rotation_angle(contacts)),
     "shortening\n(%)": lambda contacts: PERCENT * closest_neighbour(contacts),
-    "sliding\n(µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
+    "way of the\ncontact (µm)": lambda contacts: MICROMETRE * np.abs(contacts["contact_travel"].to_numpy()),
+    "slip along\nthis yarn (µm)": lambda contacts: MICROMETRE * np.abs(contacts["sliding"].to_numpy()),
     "spin of the\ncontact (°)": lambda contacts: np.degrees(contacts["contact_spin"]),
 }
 """Values (I, K, 2) of each row of panels, from above to below, by the label of the axis."""
@@ -64,11 +65,11 @@ QUANTITIES: dict[str, Callable[[xr.Dataset], np.ndarray]] = {
 
 @FIGURES.add(
     "fig10_kinematics",
-    "Fig. 10: forces on a yarn, and its rotation, sliding and spin at the crossings of the centre cell",
+    "Fig. 10: forces on a yarn, its rotation, and the way and spin of its contacts in the centre cell",
     results=of_solid("isotropic-course", "geometry", "dns", "contacts"),
 )
 def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
-    """Draw the yarn that slides furthest on its own, its crossing in three states, and all motions over strain.
+    """Draw the yarn that slips furthest on its own, its crossing in three states, and all motions over strain.
 
     Raises DataFileError if the contacts hold no kinematics, since their history holds no motion of sections.
     """
@@ -90,13 +91,14 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
     panel_letter(body, "a", "forces on one yarn, a free body, at full load")
     draw_forces(body, contacts, (contacts["yarn"].to_numpy() == yarn) @ [1.0, -1.0])
     turned = np.degrees(np.linalg.norm(states["section_rotation"], axis=1))
-    numbers = (PERCENT * states["strain"], turned, MICROMETRE * np.abs(states["sliding"]))
+    slip = MICROMETRE * np.nan_to_num(np.linalg.norm(states["slide"], axis=1))
+    numbers = (PERCENT * states["strain"], turned, slip)
     for k, (_, diameter, (start, way)) in enumerate(views):
         axes, strain, angle, distance = panels[k], *(float(number[k]) for number in numbers)
         axes.plot(*diameter.T, color=INK, linewidth=2.0, zorder=7, path_effects=HALO)
         draw_arrow(axes, start, way, ACCENT, 2.0)
-        panel_letter(axes, f"b{k + 1}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slid {distance:.0f} µm")
-    text = f"turn and slide are drawn {MAGNIFIED:g} times as large"
+        panel_letter(axes, f"b{k + 1}", f"{strain:.2f} % strain\nturned {angle:.1f}°, slip {distance:.0f} µm")
+    text = f"turn and slip are drawn {MAGNIFIED:g} times as large"
     panels[1].text(0.5, -0.02, text, transform=panels[1].transAxes, ha="center", va="top")
     _draw_spin(section, np.nan_to_num(states["contact_spin"]))
     _draw_histories(drawing, contacts)
@@ -104,9 +106,9 @@ def draw(geometry: xr.Dataset, dns: xr.Dataset, contacts: xr.Dataset) -> Figure:
 
 
 def three_states(contacts: xr.Dataset) -> xr.Dataset:
-    """Return the crossing and side of the centre cell that slides furthest along its yarn, in three states.
+    """Return the crossing and side of the centre cell whose yarn is slipped along furthest, in three states.
 
-    1: the yarns touch for the first time; 2: half of the sliding is done; 3: full load. `outwards` (3,) points from the
+    1: the yarns touch for the first time; 2: half of that slip is done; 3: full load. `outwards` (3,) points from the
     yarn to the `other` one, `slide` (3, 3) is how the surface of the other one has moved to it since state 1 [m].
     """
     cell = centre_cell(contacts)

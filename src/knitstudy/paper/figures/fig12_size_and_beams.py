@@ -23,10 +23,8 @@ from knitstudy.run.catalogue import FIGURES, Datasets, Scenes, one, several
 from knitstudy.use.style import ACCENT, DOUBLE, Look, Style, figure, panel_letter, place
 
 SHOWN = np.geomspace(3.0, 30.0, 40)  # cells in a row between which fitted laws are drawn
-DASHES = {
-    "pinned": ":",
-    "patch": "-.",
-}  # by ``beam.tie``; lines of rigid ties have the dashes of their section
+DASHES = {"rigid": "-", "pinned": ":", "patch": "-."}  # of beams, by ``beam.tie``
+HUES = {"rigid": "#0072B2", "hertz": "#009E73"}  # by ``beam.section``; of other laws their own colour
 ABOVE, BELOW, LEAST = 70.0, 74.0, 60.0  # heights of the parts (a), (b) and (c) [mm]
 
 
@@ -57,8 +55,9 @@ def draw(
     quantity = f"force over the {owners([true])}\nat full strain"
     curves = [force_curve(DIRECT, dns, true)]
     for name, history in beams.items():
-        look = Look(label_of(scenes[name]), *LAWS.find(scenes[name].value("beam.section")).look)
-        look = replace(look, dash=DASHES.get(scenes[name].value("beam.tie"), look.dash))
+        section, tie = (scenes[name].value(key) for key in ("beam.section", "beam.tie"))
+        colour, dash, marker = LAWS.find(section).look
+        look = Look(label_of(scenes[name]), HUES.get(section, colour), DASHES.get(tie, dash), marker)
         curves.append(force_curve(look, history, true))
     axes = place(drawing, 0.11, low + 12.0, 0.5, BELOW - 20.0)
     draw_curves(axes, [replace(curve, value=curve.value / full) for curve in curves], quantity, "1", "course")

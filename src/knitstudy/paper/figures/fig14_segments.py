@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from dataclasses import dataclass
+
 import numpy as np
+import pandas as pd
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.collections import EllipseCollection, LineCollection
@@ -12,9 +16,10 @@ from knitstudy.errors import GeometryError
 from knitstudy.knit.contacts.segments import BETWEEN, KINDS
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
-from knitstudy.knit.models.rom2d.build import heights_by_stress, zone_places
+from knitstudy.knit.models.rom2d.build import Heights, heights, heights_by_stress, zone_places
 from knitstudy.knit.yarns.joints import contacts_of_crossings
 from knitstudy.measures.centre_cell import SEGMENT, central, centre_cell
+from knitstudy.paper.cases import angles_by_geometry, angles_of_stress
 from knitstudy.paper.figures import MODELS
 from knitstudy.paper.scene_names import solid
 from knitstudy.run.catalogue import FIGURES
@@ -35,6 +40,7 @@ YARNS = ("#D8D4CC", "#EFECE6")  # of neighbouring yarns, pale below the segments
 STROKE = 1.5  # half the length of the stroke along an axis, over the yarn's radius
 MARGIN = (6.0, 8.5)  # room around the zones of the cell, in yarn radii
 COLUMNS, ROWS = 2, 2  # of the drawn part of every honeycomb
+BETWEEN_ROWS = 16.0  # room for the names above a row of honeycombs [mm of the knit]
 SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
 """Zones at the two ends of a segment, and how many rows and columns the second one lies further."""
 
@@ -49,14 +55,14 @@ SEGMENTS = {KINDS[kind]: ends for ends, (kind, _) in BETWEEN.items()}
         "isotropic_wale_dns_stress": solid("stress", "isotropic-wale"),
     },
 )
-def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> Figure:
-    """Draw the undeformed centre cell with its segments and axes, and the three honeycombs on one scale."""
+def draw(geometry: xr.Dataset, contacts: xr.Dataset, paper: pd.DataFrame, **stresses: xr.Dataset) -> Figure:
+    """Draw the undeformed centre cell with its segments and axes, and honeycombs of this study and of Table 4."""
     knit = fabric_of(geometry)
     by_direction = {way: stresses[f"isotropic_{way}_dns_stress"] for way in TENSION}
     centroid = contacts["centroid"].to_numpy()
     window = window_around(centroid[centre_cell(contacts)], MILLIMETRE * knit.radius * np.array(MARGIN))
     picture = Picture(yarn_tubes(knit, yarn_colours(knit, YARNS)), FRONT, window, 2, directions=False)
-    titles = "segments and axes, undeformed cell", "honeycombs through the crossings"
+    titles = "segments and axes, undeformed cell", "honeycombs, their angles to x"
     drawing, (left, right) = draw_rows([(picture, None)], foot=14.0, titles=titles)
     _draw_segments(left, contacts, by_direction, knit.radius)
     size = 2 * MILLIMETRE * np.sqrt(np.nan_to_num(contacts["area"].to_numpy()) / np.pi)
@@ -64,7 +70,7 @@ def draw(geometry: xr.Dataset, contacts: xr.Dataset, **stresses: xr.Dataset) -> 
     look: Style = {"facecolor": PAPER, "edgecolor": INK, "linewidth": 1.2, "zorder": 6}
     left.add_collection(EllipseCollection(size, size, 0 * size, units="xy", **place, **look), autolim=False)
     left.scatter([], [], s=25, **look, label="contact, true area")
-    _draw_honeycombs(right, knit, contacts_of_crossings(knit), by_direction)  # as claim M2 does
+    _draw_honeycombs(right, honeycombs(knit, contacts_of_crossings(knit), by_direction, paper), knit)
     shared_legend(drawing, ncols=2, labelcolor=INK)
     return drawing
 
@@ -92,28 +98,78 @@ def _draw_segments(axes: Axes, contacts: xr.Dataset, stresses: dict[str, xr.Data
             write(axes, middle + beside, str(SEGMENT[kind]))
 
 
-def _draw_honeycombs(axes: Axes, knit: Fabric, contacts: xr.Dataset, stresses: dict[str, xr.Dataset]) -> None:
-    """Draw some cells of the three honeycombs, side by side on one scale."""
+@dataclass(frozen=True)
+class Honeycomb:
+    """A honeycomb whose zones have the distances of a knit along x."""
+
+    name: str
+    colour: str
+    place: np.ndarray  # (4, 2) of the zones in a cell of the knit [mm]
+    rows: Heights
+
+    @property
+    def zone(self) -> np.ndarray:
+        """Places (4, 2) of the zones in a cell [mm]."""
+        interlock = MILLIMETRE * self.rows.interlock
+        return np.column_stack([self.place[:, 0], [0, 0, interlock, interlock]])
+
+    @property
+    def step(self) -> float:
+        """Height of a row [mm]."""
+        return MILLIMETRE * self.rows.course
+
+    @property
+    def angles(self) -> tuple[float, float]:
+        """Angles to x of interlocks (segments 2 and 3) and legs (4 and 5) [deg]."""
+        x = self.place[:, 0]
+        step = 0.5 * (abs(x[2] - x[0]) + abs(x[3] - x[1])) / MILLIMETRE
+        interlock, leg = np.degrees(np.arctan2([self.rows.interlock, self.rows.leg], step))
+        return float(interlock), float(leg)
+
+
+def honeycombs(
+    knit: Fabric, contacts: xr.Dataset, stresses: dict[str, xr.Dataset], paper: pd.DataFrame
+) -> list[list[Honeycomb]]:
+    """Return the honeycombs by geometry, course and wale tension: of this study, as claim M2 has them, and of Table 4.
+
+    The paper prints no lengths: its honeycombs have the distances along x of this study.
+    """
     place = MILLIMETRE * zone_places(knit, contacts)
-    width, course = MILLIMETRE * knit.cell[0], MILLIMETRE * knit.cell[1]
-    rise = float(place[2:, 1].mean() - place[:2, 1].mean())
-    honeycombs = {"by geometry": (rise, course, MODELS["rom2d"].colour)}
+    rise = float(place[2:, 1].mean() - place[:2, 1].mean()) / MILLIMETRE
+    beams = MODELS["rom2d"].colour
+    ours = [Honeycomb("by geometry", beams, place, Heights(rise, knit.cell[1] - rise))]
     for way, stress in stresses.items():
-        try:
+        with suppress(GeometryError):  # axes that give no honeycomb
             rows = heights_by_stress(knit, contacts, stress)
-        except GeometryError as error:
-            axes.text(0.5, 0.02, f"{way} tension: {error}", transform=axes.transAxes, ha="center", wrap=True)
-            continue
-        honeycombs[f"{way} tension"] = (MILLIMETRE * rows.interlock, MILLIMETRE * rows.course, TENSION[way])
-    for number, (name, (interlock, step, colour)) in enumerate(honeycombs.items()):
-        zone = np.column_stack([place[:, 0], [0, 0, interlock, interlock]])
-        lines = _honeycomb(zone, np.array([width, step]))
-        lines[..., 0] += number * (COLUMNS + 0.6) * width
-        axes.add_collection(LineCollection([*lines], colors=colour, linewidths=2.0, capstyle="round"))
-        above = lines[..., 1].max() + 1.0
-        text = f"{name}\n{step:.3g} mm a row"
-        axes.text(lines[..., 0].mean(), above, text, ha="center", va="bottom", color=colour)
-    axes.margins(0.04, 0.12)
+            ours.append(Honeycomb(f"{way} tension", TENSION[way], place, rows))
+    printed = {"geometry": angles_by_geometry(paper)} | {way: angles_of_stress(paper, way) for way in TENSION}
+    theirs = []
+    for way, angles in printed.items():
+        rows = heights(knit, contacts, float(angles[1:3, 0].mean()), float(angles[3:5, 0].mean()))
+        theirs.append(Honeycomb(f"paper, {way}", TENSION.get(way, beams), place, rows))
+    return [ours, theirs]
+
+
+def _draw_honeycombs(axes: Axes, rows: list[list[Honeycomb]], knit: Fabric) -> None:
+    """Draw some cells of the honeycombs on one scale, a row each of this study and of the paper."""
+    width = MILLIMETRE * knit.cell[0]
+    floor = 0.0
+    for row in reversed(rows):
+        tops = []
+        for number, each in enumerate(row):
+            lines = _honeycomb(each.zone, np.array([width, each.step]))
+            lines[..., 0] += number * (COLUMNS + 0.6) * width
+            lines[..., 1] += floor
+            axes.add_collection(
+                LineCollection([*lines], colors=each.colour, linewidths=2.0, capstyle="round")
+            )
+            tops.append(lines[..., 1].max() + 1.0)
+            interlock, leg = each.angles
+            text = f"{each.name}\n{interlock:.0f}°, {leg:.0f}°; {each.step:.3g} mm"
+            look: Style = {"ha": "center", "va": "bottom", "color": each.colour}
+            axes.text(lines[..., 0].mean(), tops[-1], text, **look)
+        floor = max(tops) + BETWEEN_ROWS
+    axes.margins(0.06, 0.12)
     axes.autoscale_view()
     axes.set_aspect("equal", adjustable="datalim")
     axes.set_axis_off()
