@@ -226,11 +226,12 @@ def printed_springs(paper: pd.DataFrame, way: str) -> Floats:
 
 @dataclass(frozen=True)
 class Rule:
-    """What is the same for the springs of both tensions; without a control each tension has a strain of its own."""
+    """What is the same for the springs of some tensions: a strain or a force of a crossing."""
 
     name: str
     form: str  # `SECANT` or `TANGENT`
-    control: str = ""  # STRAIN or FORCE
+    control: str  # STRAIN or FORCE
+    ways: tuple[str, ...] = WAYS
 
 
 RULES = (
@@ -238,7 +239,7 @@ RULES = (
     Rule("one force of a crossing", SECANT, FORCE),
     Rule("one strain, over the last increment", TANGENT, STRAIN),
     Rule("one force of a crossing, over the last increment", TANGENT, FORCE),
-    Rule("a strain of its own in each tension", SECANT),
+    *(Rule(f"{way} tension by itself", SECANT, STRAIN, (way,)) for way in WAYS),
 )
 WORST, WITHIN, IN_WORDS = "worst factor [1]", f"springs within {COMPARABLE:g} [1]", "in words"
 NEAREST = "nearest of all"
@@ -250,65 +251,61 @@ GRID = 80  # Strains and forces of a crossing that are tried
     "table2_rules",
     "Table 2: the best rule of each kind, and how far it misses the six springs",
     results={
-        "contacts": several("contacts", *SLIDING, fewest=2),
-        "histories": several("simulation", *SLIDING, fewest=2),
+        "contacts": several("contacts", *SLIDING),
+        "histories": several("simulation", *SLIDING),
     },
     order=4.3,
 )
 def tabulate_rules(
     contacts: Datasets, histories: Datasets, paper: pd.DataFrame, scenes: Scenes
 ) -> pd.DataFrame:
-    """Return, of every kind of rule and contact with friction in both tensions, the rule nearest to the six springs.
+    """Return, of every kind of rule and contact with friction, the rule nearest to the springs of Table 2.
 
-    A rule is a recipe with a strain or a force of a crossing that is the same in both tensions. A strain of its own in
-    each tension is no rule: it shows how far recipes alone come.
-    The nearest rule has the smallest worst factor of six: the larger one of ours over the paper's and the inverse,
-    without bound where ours is not positive. The first row is the nearest of all rules, with the verdict in words.
+    A rule is a recipe with a strain or a force of a crossing that is the same in both tensions; a tension by itself has
+    three springs to meet. The nearest rule has the smallest worst factor: the larger one of ours over the paper's and
+    the inverse, without bound where ours is not positive. The first row is the nearest rule for all six springs.
     """
     printed = {way: printed_springs(paper, way) for way in WAYS}
     by_run: dict[str, dict[str, Simulation]] = {}
     for row in rows_of(scenes, histories, contacts=contacts).values():
         by_run.setdefault(run_of(row), {})[row.scene.value("load.direction")] = row
-    rows = []
-    for run, both in by_run.items():
-        if set(both) == set(WAYS):
-            tried = pd.DataFrame(_tried(both, printed))
-            kinds = tried.groupby("rule")[WORST]
-            best = tried.assign(**{"rules tried [1]": kinds.transform("size")}).loc[kinds.idxmin()]
-            best.insert(0, "contact", run)
-            rows.append(best)
-    if not rows:
-        return pd.DataFrame(columns=["name", IN_WORDS, WORST])
-    table = pd.concat(rows).sort_values(WORST, ignore_index=True)
+    parts = []
+    for run, rows in by_run.items():
+        tried = pd.DataFrame(_tried(rows, printed))
+        kinds = tried.groupby("rule")[WORST]
+        best = tried.assign(**{"rules tried [1]": kinds.transform("size")}).loc[kinds.idxmin()]
+        best.insert(0, "contact", run)
+        parts.append(best)
+    table = pd.concat(parts).sort_values(WORST, ignore_index=True)
     table.insert(0, "name", table["rule"] + "; " + table["contact"])
-    first = table[table["rule"] != RULES[-1].name].iloc[:1].assign(name=NEAREST)
-    return pd.concat([first, table], ignore_index=True).assign(**{IN_WORDS: lambda each: _in_words(each)})
+    for_both = {rule.name for rule in RULES if rule.ways == WAYS}
+    first = table[table["rule"].isin(for_both)].iloc[:1].assign(name=NEAREST)
+    return pd.concat([first, table], ignore_index=True).assign(**{IN_WORDS: _in_words})
 
 
 def _in_words(table: pd.DataFrame) -> list[str]:
     """Return what every row of the table of rules says."""
     words = []
     for each in table.to_dict("records"):
-        met = each[WORST] <= COMPARABLE
-        text = "all six springs are" if met else f"{each[WITHIN]} of six springs are"
-        words.append(f"{text} within {COMPARABLE:g}, the worst is off by a factor of {each[WORST]:.2f}")
+        count = sum(np.isfinite(each[share]) for share in SHARES)
+        near = "all" if each[WITHIN] == count else each[WITHIN]
+        worst = f"the worst is off by a factor of {each[WORST]:.2f}"
+        words.append(f"{near} of {count} springs are within {COMPARABLE:g}, {worst}")
     return words
 
 
-def _tried(both: Mapping[str, Simulation], printed: Mapping[str, Floats]) -> Iterator[dict[str, Any]]:
-    """Yield all rules of a run in both tensions with their springs over the paper's."""
-    moved = {way: displacements(row) for way, row in both.items()}
-    controls = {
-        way: {
-            STRAIN: row.history["strain"].to_numpy(),
-            FORCE: force_of_crossing(row.results["contacts"]),
-        }
-        for way, row in both.items()
-    }
-    known = set.intersection(*(set(each) for each in moved.values()))
+def _tried(rows: Mapping[str, Simulation], printed: Mapping[str, Floats]) -> Iterator[dict[str, Any]]:
+    """Yield all rules of a contact, whose simulations are by tension, with their springs over the paper's."""
+    moved = {way: displacements(row) for way, row in rows.items()}
+    strain = {way: row.history["strain"].to_numpy() for way, row in rows.items()}
+    force = {way: force_of_crossing(row.results["contacts"]) for way, row in rows.items()}
+    known = set.intersection(*map(set, moved.values()))
     for rule, name, which, axes, average in product(RULES, sorted(known), CROSSINGS, AXES, AVERAGES):
+        if not set(rule.ways) <= set(rows):
+            continue
         recipe = Recipe(name, rule.form, which, axes, average)
-        shares = {way: recipe.springs(row, moved[way]) / printed[way] for way, row in both.items()}
+        shares = {way: recipe.springs(rows[way], moved[way]) / printed[way] for way in rule.ways}
+        control = strain if rule.control == STRAIN else force
         head = {
             "rule": rule.name,
             "displacement": name,
@@ -317,35 +314,35 @@ def _tried(both: Mapping[str, Simulation], printed: Mapping[str, Floats]) -> Ite
             "axes": axes,
             "average": average,
         }
-        along = {way: controls[way][rule.control or STRAIN] for way in WAYS}
-        found = at_the_same(along, shares) if rule.control else at_their_own(along, shares)
-        for where, six in found:
-            at = f"{where[0]:.2f} N" if rule.control == FORCE else ", ".join(f"{each:.2%}" for each in where)
-            yield {**head, "at": at, **_judged(six)}
+        for value, found in at_the_same({way: control[way] for way in rule.ways}, shares):
+            at = f"{value:.2%}" if rule.control == STRAIN else f"{value:.2f} N"
+            yield {**head, "at": at, **_judged(found)}
 
 
 def at_the_same(
     along: Mapping[str, Floats], shares: Mapping[str, Floats]
-) -> Iterator[tuple[tuple[float, ...], Floats]]:
-    """Yield values of a control that both tensions reach, evenly on a logarithmic scale, and the six springs there."""
-    used = {way: _increasing(along[way], shares[way]) for way in WAYS}
+) -> Iterator[tuple[float, dict[str, Floats]]]:
+    """Yield values of a control that all tensions reach, evenly on a logarithmic scale, and the springs there.
+
+    `along` is the control (I,) and `shares` are the springs (I, 3) of every tension; between increments they follow
+    straight lines.
+    """
+    used = {way: _increasing(along[way], shares[way]) for way in along}
     if not all(each.any() for each in used.values()):
         return
-    controls = {way: along[way][used[way]] for way in WAYS}
+    controls = {way: along[way][used[way]] for way in along}
     low = max(control[0] for control in controls.values())
     high = min(control[-1] for control in controls.values())
     for value in np.geomspace(low, high, GRID) if low <= high else ():
-        columns = [(controls[way], column) for way in WAYS for column in shares[way][used[way]].T]
-        yield (float(value),), np.array([np.interp(value, control, column) for control, column in columns])
-
-
-def at_their_own(
-    along: Mapping[str, Floats], shares: Mapping[str, Floats]
-) -> Iterator[tuple[tuple[float, ...], Floats]]:
-    """Yield the strain of each tension at which its springs are nearest to the paper's, and the six springs there."""
-    best = {way: int(np.argmin(_factors(shares[way]).max(axis=1))) for way in WAYS}
-    six = np.concatenate([shares[way][best[way]] for way in WAYS])
-    yield tuple(float(along[way][best[way]]) for way in WAYS), six
+        yield (
+            float(value),
+            {
+                way: np.array(
+                    [np.interp(value, controls[way], column) for column in shares[way][used[way]].T]
+                )
+                for way in along
+            },
+        )
 
 
 def _increasing(control: Floats, springs: Floats) -> Bools:
@@ -355,15 +352,15 @@ def _increasing(control: Floats, springs: Floats) -> Bools:
     return known & (control > np.concatenate([[-np.inf], highest[:-1]]))
 
 
-def _factors(shares: Floats) -> Floats:
-    """Return the larger one of shares and their inverses; without bound where a share is not positive."""
-    positive = np.where(shares > 0, shares, np.nan)
-    return np.nan_to_num(np.maximum(positive, 1 / positive), nan=np.inf)
+def _judged(shares: Mapping[str, Floats]) -> dict[str, Any]:
+    """Return shares (3,) of the paper's springs by tension, the worst factor, and how many are near enough, by column.
 
-
-def _judged(six: Floats) -> dict[str, Any]:
-    """Return shares of the paper's six springs, the worst factor, and how many springs are near enough, by column."""
-    factors = _factors(six)
+    Factors have no bound where a share is not positive.
+    """
+    found = np.concatenate(list(shares.values()))
+    positive = np.where(found > 0, found, np.nan)
+    factors = np.nan_to_num(np.maximum(positive, 1 / positive), nan=np.inf)
+    six = np.concatenate([shares.get(way, np.full(3, np.nan)) for way in WAYS])
     near = int((factors <= COMPARABLE).sum())
     return {**dict(zip(SHARES, six, strict=True)), WORST: factors.max(), WITHIN: near}
 
