@@ -57,18 +57,19 @@ def displacements(row: Simulation) -> dict[str, Floats]:
     """Return displacements (I, K, 3) [m] of the upper row's side against the lower row's, nan where unknown.
 
     Facing points move from first contact on. Slip counts along the traction and depth along the normal; both are means
-    over the points under pressure on both sides, by their areas.
+    over the points under pressure on both sides, by their areas. The increment in which a crossing first touches is
+    left out: its slip began somewhere within the increment.
     """
     contacts = row.results["contacts"]
     moved = contacts[MEASURES["interface"]].to_numpy()
     touching: Bools = contacts["zones"].to_numpy() > 0
     first = np.argmax(touching, axis=0)
     since = moved - moved[first, np.arange(len(first))]
-    later = np.arange(len(touching))[:, None] > first
-    known = {FACING: np.where(later[..., None], since, np.nan)}
+    known = {FACING: since}
     if "contact_pressure" in row.history:
         known[SLIP] = _slip_and_depth(row.history, touching.shape)
-    return known
+    later = np.arange(len(touching))[:, None] > first
+    return {name: np.where(later[..., None], each, np.nan) for name, each in known.items()}
 
 
 def _slip_and_depth(history: xr.Dataset, shape: tuple[int, ...]) -> Floats:
