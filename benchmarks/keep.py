@@ -67,9 +67,17 @@ def save_picture(drawing: Figure, path: Path, sources: Mapping, title: str) -> N
 
 STUDY, VERDICTS = "full", "verdicts"
 FULL = RESOURCES / "full"  # What pages of smaller studies show in place of their own
-FULL_TABLES = ("readings", "sweeps", "table3_domain_size", "cost_growth")
-FULL_FIGURES = ("fig11_sweeps", "fig_readings")
-PAGE_TABLES = ("springs", "table4_angles")  # Beside the pictures of the page
+FULL_TABLES = (
+    "readings",
+    "sweeps",
+    "table3_domain_size",
+    "cost_growth",
+    "table2_meshes",
+    "table2_rules",
+    "springs",
+)
+FULL_FIGURES = ("fig11_sweeps", "fig_readings", "fig_table2_springs")
+PAGE_TABLES = ("table4_angles",)  # Beside the pictures of the page
 VERDICTS_PAGE = Path("docs/reference/results.md")
 TEMPLATE = WORKFLOW / "report" / "results.md"
 README = Path("README.md")

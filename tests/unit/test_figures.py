@@ -2,11 +2,12 @@
 
 import logging
 import re
-from itertools import chain
+from itertools import chain, product
 from operator import attrgetter
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import study
 import synthetic
@@ -39,6 +40,7 @@ from knitstudy.paper.figures.fig15_force_strain import (
     draw_reference,
 )
 from knitstudy.paper.figures.fig_readings import cannot_be, decided
+from knitstudy.paper.tables import table2_meshes
 from knitstudy.run.catalogue import FIGURES, TABLES
 from knitstudy.use import solids, style
 from knitstudy.use.solids import Picture, RenderingError, Surface, View, arrow, sphere, tube
@@ -133,7 +135,26 @@ def results(knit, plain_scene, touching, paper, cases):
     own["fig_readings"] = tied | {
         "findings": TABLES.make("findings", **judged, counted_unknowns=study.counted())
     }
+    own["fig_table2_springs"] = tied | {"springs": springs_by_mesh()}
     return lambda name: own.get(name, tied)
+
+
+def springs_by_mesh():
+    """Springs of three meshes and of the resolved contact in both tensions, stiffer on finer meshes."""
+    runs = product(("0.45 mm", "0.30 mm", "0.20 mm", table2_meshes.RESOLVED), table2_meshes.WAYS)
+    strain = np.linspace(0.01, 0.05, 5)
+    parts = []
+    for place, (contact, way) in enumerate(runs):
+        stiffness = 1e5 * (1 + place) * strain / 0.05
+        names = (
+            *chain.from_iterable(table2_meshes.SPRINGS.values()),
+            table2_meshes.HERTZ,
+            *table2_meshes.PAPER,
+        )
+        part = {"contact": contact, "tension": way, table2_meshes.STRAIN: strain}
+        part |= {table2_meshes.FORCE: 100 * strain, **dict.fromkeys(names, stiffness)}
+        parts.append(pd.DataFrame(part))
+    return pd.concat(parts)
 
 
 @pytest.fixture

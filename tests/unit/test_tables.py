@@ -12,7 +12,7 @@ import xarray as xr
 from refusals import refusal
 
 from knitstudy.knit.contacts.contacts import extract
-from knitstudy.knit.geometry.specimens import cut_cells
+from knitstudy.knit.geometry.specimens import cut_cells, yarn_pair
 from knitstudy.knit.mesh.mesher import mesh_fabric, slices_of
 from knitstudy.measures.response import (
     distance_of_curves,
@@ -29,8 +29,14 @@ from knitstudy.paper.tables.table1_table2_contact import (
     READINGS,
     tabulate_springs,
 )
-from knitstudy.paper.tables.table2_recipes import SLIP, displacements
-from knitstudy.paper.tables.table2_recipes import tabulate as tabulate_recipes
+from knitstudy.paper.tables.table2_meshes import (
+    NEAREST,
+    SLIP,
+    at_the_same,
+    displacements,
+    hertz_stiffness,
+    tabulate_rules,
+)
 from knitstudy.run.catalogue import FIGURES, TABLES, Displays, Made, reference_files
 from knitstudy.run.configuration import CONFIG, load_scenes, load_study
 from knitstudy.run.plan import Plan
@@ -298,25 +304,51 @@ def test_spread_and_counts(touching, scenes, paper):
     np.testing.assert_array_equal(counts.loc[["x", "y", "z"]], [[12, 0, 0, 0], [12, 1, 0, 0], [11, 0, 1, 0]])
 
 
-def test_the_recipe_that_is_the_papers_is_found(contacts, scenes, paper):
-    """Springs of Table 2 along the axes of the knit, by the displacement of the centrelines, between other numbers."""
-    touching = {}
-    for way, stiffness in study.SPRINGS.items():
-        sprung = synthetic.contacts_with_springs(contacts, np.array(stiffness))
-        moved = sprung["relative_displacement"]
-        touching[way] = sprung.assign(relative_displacement=2 * moved, centreline_relative_displacement=moved)
-    runs = {name: scene.replace("name", f"yarns-{name}") for name, scene in scenes.items()}
-    histories = dict.fromkeys(runs, synthetic.history())
-    table = tabulate_recipes(touching, histories, paper, runs).set_index("displacement of")
-    nearest = table.loc["centrelines"]
-    assert nearest[["strain [1]", "normal", "axes", "average"]].tolist()[1:3] == [
-        "normal_resultant",
-        "global",
-    ]
-    assert nearest["worst factor [1]"] == pytest.approx(1.0)
-    assert table.loc["facing points", "worst factor [1]"] == pytest.approx(2.0)
-    assert table["within 1.5 [1]"].tolist() == [6, 0]
-    assert set(table["run"]) == {"yarns"}
+@pytest.mark.parametrize(("factor", "within", "words"), [(1.0, 6, "all of 6"), (2.0, 0, "0 of 6")])
+def test_rules_find_the_paper_and_say_how_far_they_miss(contacts, scenes, paper, factor, within, words):
+    """Springs of Table 2 along local axes, x along the course, by the motion of facing points, and twice these."""
+    touching = {
+        way: synthetic.contacts_with_springs(contacts, factor * np.array(stiffness), "local")
+        for way, stiffness in study.SPRINGS.items()
+    }
+    histories = dict.fromkeys(touching, synthetic.history())
+    table = tabulate_rules(touching, histories, paper, scenes).set_index("name")
+    nearest = table.loc[NEAREST]
+    assert nearest["worst factor [1]"] == pytest.approx(factor)
+    assert nearest["springs within 1.5 [1]"] == within
+    assert nearest["axes"] == "x along the course"
+    assert words in nearest["in words"]
+    assert f"{factor:.2f}" in nearest["in words"]
+    assert set(table["contact"]) == {"0.45 mm"}
+    # With one increment in contact there is no change of force, and forces of both tensions do not meet.
+    assert set(table["rule"]) == {"one strain", "course tension by itself", "wale tension by itself"}
+
+
+def test_one_tension_has_three_springs_and_no_rule_for_both(touching, scenes, paper):
+    table = tabulate_rules({"course": touching}, {"course": synthetic.history()}, paper, scenes)
+    assert table["rule"].tolist() == ["course tension by itself"]
+    assert "of 3 springs" in table["in words"].item()
+
+
+def test_springs_are_compared_at_the_same_force():
+    """Springs that grow with the force are the paper's at 2.5 N in both tensions, whatever the strains there."""
+    force = {"course": np.array([0.0, 1.0, 3.0]), "wale": np.array([2.0, 1.9, 6.0])}
+    shares = {way: np.repeat(each[:, None] / 2.5, 3, axis=1) for way, each in force.items()}
+    shares["course"][0] = np.nan  # nothing touches
+    found = list(at_the_same(force, shares))
+    assert found[0][0] == pytest.approx(2.0), "the smallest force that both tensions reach"
+    assert found[-1][0] == pytest.approx(3.0)
+    for value, there in found:
+        np.testing.assert_allclose(there["course"], value / 2.5)
+        np.testing.assert_allclose(there["wale"], value / 2.5)
+
+
+def test_hertz_at_right_angles_is_a_sphere_on_a_plane():
+    force, modulus, radius = np.array([0.0, 4.0]), 8e8, 0.9e-3
+    sphere = (9 * 4.0**2 / (16 * radius * modulus**2)) ** (1 / 3)
+    stiffness = hertz_stiffness(force, yarn_pair(radius, 90.0, 6e-3, 0.01), modulus)
+    assert np.isnan(stiffness[0])
+    assert stiffness[1] == pytest.approx(4.0 / sphere, rel=1e-4)
 
 
 def test_slip_and_depth_are_those_of_points_in_contact(contacts):
@@ -338,11 +370,9 @@ def test_slip_and_depth_are_those_of_points_in_contact(contacts):
         {f"contact_{name}": ("contact_point", np.array(values)) for name, values in points.items()}
         | {f"contact_{name}": (("contact_point", "xyz"), np.array(each)) for name, each in vectors.items()}
     )
-    moved = dict(displacements(Simulation(None, {"contacts": touching, "simulation": history})))
-    for name in ("both sides", "lower", "upper"):
-        slip = moved[SLIP.format(name)]
-        np.testing.assert_allclose(slip[2, 5], [3e-6, 0, 1e-6])
-        assert np.isfinite(slip).all(axis=-1).sum() == 1 < crossings, "where nothing touches there is no slip"
+    slip = displacements(Simulation(None, {"contacts": touching, "simulation": history}))[SLIP]
+    np.testing.assert_allclose(slip[2, 5], [3e-6, 0, 1e-6])
+    assert np.isfinite(slip).all(axis=-1).sum() == 1 < crossings, "where nothing touches there is no slip"
 
 
 def test_ties_are_refused(touching, scenes, paper):

@@ -32,7 +32,13 @@ from knitstudy.use.deformed import deformed, page_of
 
 # Texts of a figure: in place of it, below it, and about the paper's and this study's finding.
 TEXTS = ("alt", "caption", "paper", "ours")
-BY_MODEL = ("rom_distance", "table5_cost", "beams")  # tables with a row for each model that a study has
+BY_MODEL = (
+    "rom_distance",
+    "table5_cost",
+    "beams",
+    "table2_rules",
+    "table2_meshes",
+)  # tables with a row for each model that a study has
 
 MOST = 100  # rows of a table that the page shows; its file has all
 NOTHING = "–"
@@ -211,7 +217,9 @@ def value(
     form: str = ".3g",
     unit: float = 1.0,
 ) -> str:
-    """Return one number of a table, in a unit, for a caption; the row is named by its cell in the first column.
+    """Return one number or text of a table for a caption; the row is named by its cell in the first column.
+
+    Numbers are over a `unit`.
 
     Returns a dash if the study lacks the scenes of the table or of the row. Raises ConfigurationError if no such table,
     row or column exists.
@@ -232,7 +240,9 @@ def value(
             f"{', '.join(map(str, names))}, columns {', '.join(map(str, frame.columns))}"
         )
     number = frame.loc[names == row, column].iloc[0]
-    return NOTHING if pd.isna(number) else format(number / unit, form)
+    if pd.isna(number):
+        return NOTHING
+    return format(number if isinstance(number, str) else number / unit, form)
 
 
 def cells(table: pd.DataFrame) -> pd.DataFrame:

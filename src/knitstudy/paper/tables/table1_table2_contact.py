@@ -83,7 +83,7 @@ def _text(value: float | str) -> str:
 # Names of the direct simulations with rough contact or friction.
 TOUCHING = of_cases(
     ("rough-course", "rough-wale", "isotropic-course", "isotropic-wale"),
-    (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*"),
+    (*SOLIDS, *OTHER_SOLIDS, "dns-{case}-penalty*", "*as-printed-*yarns-{case}"),
 )
 
 # Springs of reduced models: crossings count by their displacements
