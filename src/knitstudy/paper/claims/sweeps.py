@@ -55,8 +55,9 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
         )
     test = partial(_trend_of, sign=sign)
     main = test(held["isotropic"], evidence.held)
-    # The paper does not print what is held: meanings that disagree leave the claim open.
-    meanings = _other_meanings(evidence, key) if evidence.base is None else {}
+    # The paper does not print what is held: meanings that disagree leave the claim open, unless a reading decides it.
+    decides = evidence.base is not None and evidence.held != evidence.base.held
+    meanings = {} if decides else _other_meanings(evidence, key)
     others = [test(of, keep) for keep, of in meanings.items()]
     grades = {row.grade for row in (main, *others)}
     note = ""
