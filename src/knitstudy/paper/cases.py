@@ -43,13 +43,13 @@ WORDS = {
     "patch": "yielding joints",
     "centreline": "springs of centrelines",
     "doubled": "doubled segments",
-    "curved": "sections of curved rods",
     "resultant": "normals with friction",
     "mean_resultant": "shared normals with friction",
     "mean_normal_resultant": "shared normals",
     "closest_points": "normals of closest points",
 }
-VARIED = ("rom.joint", "rom.normal", "rom.displacement", "rom.section", "mesh.section_law")  # Those keys
+VARIED = ("rom.joint", "rom.normal", "rom.displacement", "rom.section")  # Those keys
+LAWS_OF_SECTIONS = {"rom3d": "straight", "beam": "curved"}  # Of the main models, by fidelity
 
 # Springs by whether their stiffness is given, and by their axes
 SPRINGS = {
@@ -69,6 +69,8 @@ def label_of(scene: Scene) -> str:
     section = scene.value("beam.section")
     words = [LAWS.find(section).label if section else None, TIES.get(scene.value("beam.tie"))]
     words += [WORDS.get(scene.value(key)) for key in VARIED]
+    law = scene.value("mesh.section_law")
+    words.append(f"sections of {law} rods" if law != LAWS_OF_SECTIONS.get(scene.fidelity, law) else None)
     if source := scene.value("rom.stress_from"):
         words.append(f"by principal stress of {source.rpartition('-')[2]} tension")
     words.append("springs of other tension" if scene.value("rom.springs_from") else None)
