@@ -25,7 +25,8 @@ def judged(claim, paper, scenes, reference, slopes, left_out=(), held="shape"):
     kept = {name: scene for name, scene in scenes.items() if not any(part in name for part in left_out)}
     known = {"geometry": None, "paper": paper, "reference": reference}
     evidence = evidence_of(swept_histories(kept, slopes), kept, **known, held=held)
-    return judge(claim, evidence if held == "shape" else replace(evidence, base=evidence))
+    base = replace(evidence, held="shape")
+    return judge(claim, base if held == "shape" else replace(evidence, base=base))
 
 
 def test_series_are_of_one_reading_interaction_and_discretisation(scenes, reference):

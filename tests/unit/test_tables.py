@@ -103,7 +103,14 @@ def test_names_of_scenes_are_those_of_the_configuration():
         assert three is None or three in known
 
 
-OTHERS = ("domain-", "cell-", "fabric-acrylic-stockinette-", "fabric-acrylic-rib-", "reference-3x3-tie-")
+OTHERS = (
+    "sweep-shape-c0",
+    "domain-",
+    "cell-",
+    "fabric-acrylic-stockinette-",
+    "fabric-acrylic-rib-",
+    "reference-3x3-tie-",
+)
 """How names of scenes of the full study begin that other tables than those of the reduced one take."""
 
 
