@@ -29,7 +29,7 @@ from knitstudy.files import replacing, write_text
 from knitstudy.knit.scene.documents import RESOURCES, WORKFLOW
 from knitstudy.knit.scene.scene import Scene
 from knitstudy.paper.claims import GRADES, NOT_RUN
-from knitstudy.paper.claims.verdicts import cells_of, counted, require_measured
+from knitstudy.paper.claims.verdicts import counted, quantities_of, require_measured
 from knitstudy.paper.figures import draw
 from knitstudy.paper.report import FULL_SCENES, ScreenPicture, read_sources
 from knitstudy.paper.report import VERDICTS as VERDICTS_KEPT
@@ -227,8 +227,7 @@ def summarise(
         return f"![{name}]({folder}/{name}.webp)\n\n*{title}*"
 
     def measured(claim: str, quantity: str) -> str:
-        lines = next(row["measured"] for row in rows if row["id"] == claim)
-        values = {name: ours for name, ours, *_ in cells_of(lines)}
+        values = quantities_of(next(row for row in rows if row["id"] == claim))
         if quantity not in values:
             known = ", ".join(values)
             raise DataFileError(f"{template}: {claim} has no quantity {quantity!r}; known are {known}")

@@ -20,10 +20,9 @@ from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 from knitstudy.mechanics.materials import FULL
 
 LENGTH = 1.0  # of a slice, over the radius of the yarn
-NEAR, FAR = (
-    1.0,
-    2.0,
-)  # Distances along the yarn from a crossing, over the radius: at a contact, and away from all
+# Distances along the yarn from a crossing, over the radius: at a contact, and away from all
+NEAR = 1.0
+FAR = 2.0
 SECTIONS, POINTS = "means of sections", "points by their tension"  # Meanings of the flow of stress
 
 
@@ -60,11 +59,9 @@ def flows_of(
     cell = cell[inside]
     volume = stresses["cell_volume"].to_numpy()[inside]
     stress = stresses["cell_stress"].to_numpy()[inside]
-    here, total = np.flatnonzero(np.bincount(cell, volume, count)), []
-    for component in stress.T:
-        total.append(
-            np.bincount(cell, volume * component, count)[here]
-        )  # the axes of a sum are those of the mean
+    here = np.flatnonzero(np.bincount(cell, volume, count))
+    # The axes of a sum are those of the mean.
+    total = [np.bincount(cell, volume * component, count)[here] for component in stress.T]
 
     def flow(components: Floats, of: Ints, weight: Floats | None) -> Flow:
         value, axis = principal_axes(components[:, FULL])

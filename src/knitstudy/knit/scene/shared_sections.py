@@ -26,8 +26,8 @@ class BeamMesh(Section, group="mesh"):
         "assumed",
         allowed="straight (of a straight rod) or curved (of a rod as bent as the yarn is): law of the beams' sections",
     )
-    """Section 2.5 prints none; curved: as stiff as a bent yarn of solids (docs/notes/beams.md). Checked: curved and
-    straight: force -4 to -6 % (scenes rom3d-straight-*)."""
+    """Table 5 prints B31, which is straight; curved: as stiff as a bent yarn of solids (docs/notes/beams.md). Checked:
+    straight, force -2 to -4 % beside curved (scenes rom3d-* and rom3d-curved-*)."""
 
 
 # Ties and contact (section 2.2, Fig. 2 and Table 1)

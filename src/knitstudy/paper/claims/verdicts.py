@@ -422,7 +422,7 @@ def counted(verdicts: pd.DataFrame, rules: pd.DataFrame) -> str:
     known = verdicts.set_index("id").reindex(rules["id"])
     verdict = known["verdict"].fillna(NOT_RUN).to_numpy()
     counts = (rules["counts"] == COUNTS).to_numpy()
-    number = {grade: int((counts & (verdict == grade)).sum()) for grade in (*GRADES, NOT_RUN)}
+    number = {grade: int((counts & (verdict == grade)).sum()) for grade in GRADES}
     holds = counts & (verdict == REPRODUCED)
     later = int((holds & (rules["dated"] == "after").to_numpy()).sum())
     text = (

@@ -32,7 +32,6 @@ CANNOT = {
     "friction": ("K7", "K13"),  # they compare several coefficients of friction
     "outer rows": ("K11",),  # it compares knits with and without tied rows
     "global": ("R1", "R2", "R3", "R6", "R7", "R8"),  # springs along z are negative (table2_springs): refused
-    "untied": ("B1",),  # loose beams find no way beyond a strain of 0.05 %
 }
 HATCHED: Style = {"facecolor": PAPER, "edgecolor": FAINT, "linewidth": 0.0, "hatch": "//////"}
 

@@ -23,7 +23,6 @@ JOINTS = {  # by ``rom.joint``; separated: springs or ties of points that lie a 
     "pinned": "pinned",
     "patch": "yielding",
 }
-LAWS = {"straight": "straight", "curved": "curved"}
 OWN, PRINTED, NO_SPRINGS = "own", "Table 2", "none"
 SOLIDS = ("yarns-{case}", "inputs-tie*-{case}", "reading-as-printed-yarns-{case}")
 NETWORKS = (
@@ -73,6 +72,7 @@ def tabulate(networks: Datasets, solids: Datasets, scenes: Scenes) -> pd.DataFra
 def _row(network: Simulation, solids: Simulation) -> dict[str, Any]:
     scene = network.scene
     reference = reference_by(solids.history)
+    distance = reference.force_distance(network.history).value
     springs = PRINTED if scene.value("rom.stiffness") else OWN
     return {
         "case": f"{INTERACTIONS[scene.interaction]}, {scene.value('load.direction')}",
@@ -80,12 +80,12 @@ def _row(network: Simulation, solids: Simulation) -> dict[str, Any]:
         "radius of ties over R [1]": solids.scene.value("tie.radius"),
         "clearance over R [1]": solids.scene.value("pattern.clearance"),
         "joints": JOINTS[scene.value("rom.joint")],
-        "sections": LAWS[scene.value("mesh.section_law")],
+        "sections": scene.value("mesh.section_law"),
         "springs": NO_SPRINGS if scene.interaction == "tie" else springs,
         "scene": scene.name,
         FORCE.head: network[FORCE],
         "force over the solids' [1]": reference.force_ratio(network.history).value,
-        DISTANCE: reference.force_distance(network.history).value,
+        DISTANCE: distance,
         "amplitude of u_z over the solids' [1]": reference.ratio(
             network.history, response.RMS_U_Z, network[RMS_U_Z]
         ).value,
@@ -93,7 +93,5 @@ def _row(network: Simulation, solids: Simulation) -> dict[str, Any]:
             network.history, solids.history
         ),
         U_Z.head: network[U_Z],
-        f"comparable: within a factor of {COMPARABLE:g}": bool(
-            reference.force_distance(network.history).value <= COMPARABLE - 1
-        ),
+        f"comparable: within a factor of {COMPARABLE:g}": distance <= COMPARABLE - 1,
     }

@@ -22,7 +22,7 @@ from knitstudy.knit.contacts.kinematics import CrossingAxes
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.yarns.joints import MEASURES, contact_normals, spring_axes
-from knitstudy.measures.centre_cell import area_of_cell, centre_cell, zones_of_cell
+from knitstudy.measures.centre_cell import area_of_cell, centre_cell, pressed_area_of_cell, zones_of_cell
 from knitstudy.mechanics.contact.indentation import CylinderContact
 from knitstudy.mechanics.core.arrays import Bools, Floats, Ints
 from knitstudy.paper.cases import number
@@ -366,10 +366,8 @@ def _judged(shares: Mapping[str, Floats]) -> dict[str, Any]:
     return {**dict(zip(SHARES, six, strict=True)), WORST: factors.max(), WITHIN: near}
 
 
-AREA, HERTZ_AREA = (
-    "area of the centre cell under pressure or tied [m2]",
-    "area of the centre cell by Hertz [m2]",
-)
+AREA = "area of the centre cell under pressure or tied [m2]"
+HERTZ_AREA = "area of the centre cell by Hertz [m2]"
 
 
 @TABLES.add(
@@ -433,7 +431,7 @@ def _touched(row: Simulation, fabric: Fabric) -> dict[str, float]:
     hertz = indented(fabric, pressed, hertz_modulus(row))["contact_area"][-1, here]
     count = 0.5 * len(np.unique(facets, axis=0)) / len(here)
     return {
-        AREA: 0.5 * float(area.sum()),
+        AREA: float(pressed_area_of_cell(history, found)[-1]),
         HERTZ_AREA: float(hertz.sum()),
         "facets of a contact under pressure [1]": np.nan if run_of(row) == RESOLVED else count,
         "mean depth of points under pressure [m]": float(-np.sum(area * gap) / area.sum())
