@@ -222,8 +222,19 @@ def by_meanings(rows: Sequence[Row]) -> list[Row]:
     >>> [row.grade for row in by_meanings([Row("sections", grade=CONTRADICTED), Row("points", grade=REPRODUCED)])]
     ['undecidable', 'undecidable']
     """
-    contradicted = {row.grade == CONTRADICTED for row in rows}
-    return [replace(row, grade=UNDECIDABLE) for row in rows] if len(contradicted) > 1 else [*rows]
+    if disagree(row.grade for row in rows):
+        return [replace(row, grade=UNDECIDABLE) for row in rows]
+    return [*rows]
+
+
+def disagree(grades: Iterable[str]) -> bool:
+    """Whether a claim holds by some of these grades and is contradicted by others.
+
+    >>> disagree([CONTRADICTED, REPRODUCED, UNDECIDABLE]), disagree([CONTRADICTED, UNDECIDABLE])
+    (True, False)
+    """
+    found = set(grades)
+    return CONTRADICTED in found and bool(found & {REPRODUCED, DIRECTION})
 
 
 def margin_of(rows: Iterable[Row]) -> str:

@@ -21,13 +21,14 @@ from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
     CONTRADICTED,
-    DIRECTION,
     GRADES,
     REPRODUCED,
     UNDECIDABLE,
     NotRun,
     Remark,
     Row,
+    by_meanings,
+    disagree,
     holds,
     trend,
     worst,
@@ -59,12 +60,8 @@ def sweep(evidence: Evidence, key: str, sign: int) -> Iterator[Row | Remark]:
     decides = evidence.base is not None and evidence.held != evidence.base.held
     meanings = {} if decides else _other_meanings(evidence, key)
     others = [test(of, keep) for keep, of in meanings.items()]
-    grades = {row.grade for row in (main, *others)}
-    note = ""
-    if CONTRADICTED in grades and grades & {REPRODUCED, DIRECTION}:
-        main = replace(main, grade=UNDECIDABLE)
-        note = MISSING
-    yield main
+    note = MISSING if disagree(row.grade for row in (main, *others)) else ""
+    yield by_meanings([main, *others])[0]
     others += [test(held[kind], evidence.held) for kind in sorted(held) if kind != "isotropic"]
     yield from (Row(row.quantity, row.ours) for row in others)
     points = held["isotropic"].points

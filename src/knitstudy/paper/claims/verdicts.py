@@ -27,6 +27,7 @@ from knitstudy.paper.claims import (
     NOT_RUN,
     REPRODUCED,
     UNDECIDABLE,
+    disagree,
     margin_of,
 )
 from knitstudy.paper.claims.evidence import Evidence, Judgement, joined, judge
@@ -278,9 +279,7 @@ LEFT_OPEN = "the paper does not print an input that turns the direction:"
 
 def _turning(claim: str, verdict: str, others: Sequence[Finding]) -> list[Finding]:
     """Return those findings whose direction is not that of a verdict on a claim."""
-    holds = {REPRODUCED, DIRECTION}
-    opposite = {CONTRADICTED} if verdict in holds else holds if verdict == CONTRADICTED else set()
-    return [other for other in others if other.verdicts[claim] in opposite]
+    return [other for other in others if disagree((verdict, other.verdicts[claim]))]
 
 
 def _in_words(claim: str, findings: Iterable[Finding]) -> str:
