@@ -406,6 +406,16 @@ def with_slippery(evidence, factor):
     return with_direct(evidence, SLIPPERY, force=factor * force)
 
 
+@pytest.mark.parametrize(
+    "name", [SLIPPERY.replace("course", "wale"), SLIPPERY.replace("isotropic", "beam-isotropic")]
+)
+def test_friction_is_varied_in_solids_under_course_tension_alone(evidence, name):
+    """Other tensions and other models have scenes with the same coefficients."""
+    row = evidence.rows[SLIPPERY]
+    other = row.with_results(simulation=row.history.assign(force=10 * row.history["force"])).named(name)
+    assert judge("K7", with_row(evidence, name, other)) == judge("K7", evidence)
+
+
 def with_dissipated(evidence, share):
     """Return the evidence in which friction dissipates another share of the work of the slippery knit."""
     history = dissipating(evidence.rows[SLIPPERY].history, share)

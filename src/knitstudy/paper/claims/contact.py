@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 
@@ -35,7 +36,7 @@ SPAN, JUST_AFTER = 1e-3, 5e-3
 PRONOUNCED, SYMMETRIC = 0.1, 0.2  # Claim K4: least |u_z| over d; largest difference of envelopes
 CONTRACTS = 0.01  # Claim K8: least contraction of the chord to a neighbour over the strain of the knit
 NAMED = {"tie": "ties", "rough": "rough contact", "isotropic": "friction"}
-FRICTION_SWEEP = "inputs-friction"  # Claim K7: scenes with other coefficients of friction
+FRICTION_SWEEP = re.compile(r"inputs-friction\d+-isotropic-course")  # Solids with other coefficients of friction (K7)
 
 
 @CLAIMS.add("K1")
@@ -308,7 +309,7 @@ def _larger(quantity: str, one: str, other: str, values: dict[str, Estimate]) ->
 
 def _coefficients(evidence: Evidence) -> dict[str, float]:
     """Return the coefficient of friction and smaller ones than Table 1's by scene, the largest first."""
-    names = [name for name in evidence.rows if name.startswith(FRICTION_SWEEP) and evidence.has(name)]
+    names = [name for name in evidence.rows if FRICTION_SWEEP.fullmatch(name) and evidence.has(name)]
     friction = {name: evidence.rows[name].scene.value("contact.friction") for name in names}
     smaller = {name: value for name, value in friction.items() if value <= FRICTION}
     if not smaller or not set(INTERACTIONS) <= set(evidence.direct):
