@@ -21,7 +21,11 @@ SMALLEST = 1e-4  # Least relative uncertainty of a limit: histories and Newton's
 
 @dataclass(frozen=True)
 class Estimate:
-    """A value that may be off by its uncertainty either way; both are nan where it is not known."""
+    """A value that may be off by its uncertainty either way; both are nan where it is not known.
+
+    >>> print(Estimate(0.4071, 0.02), Estimate(0.4071, 0.0), sep=", ")
+    0.41 ± 0.02, 0.41
+    """
 
     value: float
     uncertainty: float
@@ -63,8 +67,10 @@ class Estimate:
     def __str__(self) -> str:
         if not self.known:
             return NONE
+        if self.uncertainty <= 0:
+            return f"{self.value:.2f}"
         # As many decimals as the first digit of the uncertainty has.
-        decimals = 2 if self.uncertainty <= 0 else min(max(2, -floor(log10(self.uncertainty))), 3)
+        decimals = min(max(2, -floor(log10(self.uncertainty))), 3)
         return f"{self.value:.{decimals}f} ± {self.uncertainty:.{decimals}f}"
 
 
