@@ -171,17 +171,12 @@ def test_every_committed_table_says_what_made_it(path):
 
 STALE_TABLES = {
     "extremes": "beams in contact, and networks whose springs come from contacts",
-    "full/cost_growth": "as table3_domain_size",
-    "full/readings": "as verdicts",
-    "full/scenes": "beams in contact, cells of solid yarns that touch, 3D networks with friction",
-    "full/table3_domain_size": "beams in contact",
     "predictions": "beams at rest and in contact",
     "promises": "as trade",
     "shells": "beams at rest and in contact",
     "swatches": "beams at rest",
     "trade": "beams in contact, cells of solid yarns that touch before 30 November",
     "unknowns": "beams at rest and in contact",
-    "verdicts": "B1: beams in contact; R: 3D networks with friction, by 3e-5",
 }
 """Committed tables with stale runs: models whose numbers have moved since. A release makes them again."""
 

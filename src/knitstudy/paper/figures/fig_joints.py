@@ -15,7 +15,7 @@ from knitstudy.run.catalogue import FIGURES
 from knitstudy.use.style import DOUBLE, FAINT, INK, PAPER, figure, panel_letter, place
 
 LETTERS = "abcd"
-PANEL, HEAD, FOOT, LEGEND = 46.0, 8.0, 12.0, 16.0  # heights [mm]
+PANEL, HEAD, FOOT, LEGEND = 46.0, 8.0, 12.0, 20.0  # heights [mm]
 MARKERS = {"straight": "o", "curved": "s"}
 RADIUS, SOLIDS, CLEARANCE = "radius of ties over R [1]", "solids", "clearance over R [1]"
 COLOURS = ("#1A1A1A", "#0072B2", "#E69F00", "#009E73", "#CC79A7")
@@ -51,12 +51,13 @@ def draw(joints: pd.DataFrame) -> Figure:
             [], [], color=INK, marker="o", markerfacecolor=PAPER, linestyle="", label=f"springs of {PRINTED}"
         )
     )
-    drawing.legend(handles=handles, loc="lower center", ncols=2)
+    title = "solids; r: radius of ties, c: clearance"
+    drawing.legend(handles=handles, title=title, loc="lower center", ncols=2)
     return drawing
 
 
 def _kind(row: dict[str, object]) -> str:
-    return f"{row[SOLIDS]}; ties of {row[RADIUS]:g} R, clearance {row[CLEARANCE]:g} R"
+    return f"{row[SOLIDS]}; r {row[RADIUS]:g} R, c {row[CLEARANCE]:g} R"
 
 
 def _draw_case(axes: Axes, table: pd.DataFrame, kinds: list[str]) -> None:
