@@ -191,7 +191,11 @@ def test_omissions_of_a_deck_are_named_in_it_and_in_the_log(
     ("dialect", "change", "message"),
     [
         ("nastran", {}, "unknown deck dialect 'nastran'; allowed are abaqus, calculix"),
-        ("abaqus", {"element": "shell"}, "mesh.element is 'shell'.*allowed are one_point, quadratic"),
+        (
+            "abaqus",
+            {"element": "shell"},
+            "mesh.element is 'shell'.*allowed are one_point, eight_point, quadratic",
+        ),
         ("calculix", {"material": SimpleNamespace(name="mooney")}, "yarn.material is 'mooney'.*allowed are"),
         (
             "calculix",

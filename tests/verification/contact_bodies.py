@@ -118,7 +118,7 @@ def touching(bodies, law, **options):
     """Nodes, hexahedra and first nodes of bodies, and the contact of each with all others."""
     nodes, hexahedra, grids, first = joined(bodies)
     apart = ~np.eye(len(bodies), dtype=bool)
-    return nodes, hexahedra, first, Contact(nodes, Grids(grids), law, meets=apart, **options)
+    return nodes, hexahedra, first, Contact(nodes, Grids(grids), law, **{"meets": apart} | options)
 
 
 def joined(bodies):

@@ -21,6 +21,7 @@ from knitstudy.mechanics.solids.elements.hexahedron import (
     CORNERS,
     GAUSS,
     NATURAL,
+    EightPointHexahedron,
     OnePointHexahedron,
     QuadraticHexahedron,
     jacobians,
@@ -63,7 +64,11 @@ QUADRATIC = (
     (1e-4, 5e-5),
     0.02,
 )
-KINDS = {"one-point": Kind(OnePointHexahedron, *LINEAR), "quadratic": Kind(QuadraticHexahedron, *QUADRATIC)}
+KINDS = {
+    "one-point": Kind(OnePointHexahedron, *LINEAR),
+    "eight-point": Kind(EightPointHexahedron, *LINEAR),
+    "quadratic": Kind(QuadraticHexahedron, *QUADRATIC),
+}
 elements = pytest.mark.parametrize("name", KINDS)
 laws = pytest.mark.parametrize("law", LAWS)
 isotropic_laws = pytest.mark.parametrize("law", ISOTROPIC)

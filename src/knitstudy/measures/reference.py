@@ -223,7 +223,11 @@ def refinement_series_of(scenes: Iterable[Scene]) -> dict[str, list[RefinementSe
 
 
 # By ``mesh.element``; elements of plugins go by their own names.
-HEXAHEDRA = {"one_point": "one-point hexahedra", "quadratic": "quadratic hexahedra"}
+HEXAHEDRA = {
+    "one_point": "one-point hexahedra",
+    "quadratic": "quadratic hexahedra",
+    "eight_point": "fully integrated hexahedra",
+}
 
 SOLID_YARNS = "solid yarns"
 

@@ -22,6 +22,7 @@ PROCESS = 350e6  # Bytes of a process with all that it imports, and of a small m
 BYTES_AN_UNKNOWN = {
     "one_point": {False: 3.5e3, True: 11e3},
     "quadratic": {False: 6e3, True: 9e3},
+    "eight_point": {False: 3.5e3, True: 11e3},
     "polynomials": {False: 6e3, True: 16e3},
 }
 """Growth of memory with ties and with contact, by elements: the most that was measured on knits of 3 x 3 to 30 x 30."""
@@ -34,6 +35,7 @@ LARGE, BYTES_OF_LARGE = 60e3, 7.3e3
 SECONDS_AN_UNKNOWN = {
     "one_point": {False: 0.22e-3, True: 1.1e-3},
     "quadratic": {False: 1.0e-3, True: 3.4e-3},
+    "eight_point": {False: 0.5e-3, True: 1.5e-3},
     "polynomials": {False: 1.0e-3, True: 6.8e-3},
 }
 """Processor time by elements, with ties and with contact: the most that was measured in `INCREMENTS` on knits of 1 x 1

@@ -85,6 +85,13 @@ class FacetContact(SolidContact):
     to 30, of a pair slid by 0.45 mm at 0.3 mm: force within 0.04 %, work -1.8 to +0.7 %."""
     augmentations: int = numerics("choice", ge=0, le=100)
     """Numerical; largest number of updates per increment. Checked: 10; pairs needed 3."""
+    slave: Literal["both", "lower", "upper"] = numerics(
+        "assumed",
+        meaning="surface of two yarns whose points carry the contact: both, or that of the lower or the upper row",
+        default="both",
+    )
+    """Section 2.2: master and slave are chosen at random. Both in turn share the contact here; one alone does not see
+    that a yarn touches itself. Checked: lower and upper (scenes reading-as-printed-slave-*)."""
 
 
 # Newton's method

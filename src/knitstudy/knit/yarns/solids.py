@@ -190,6 +190,11 @@ def assemble(
     # A driven grip that is free across the load holds no yarn.
     grips = [parts.ends.held] + [parts.ends.driven] * (scene.load.lateral == "fixed")
     fixed = np.concatenate([*grips, ties.joined])
+    slave = scene.value("contact.slave") or "both"
+    if slave != "both":
+        row = np.arange(len(parts.surfaces.cells))
+        own = row[:, None] < row if slave == "lower" else row[:, None] > row
+        meets = own if meets is None else own & meets
     model = SolidModel(
         *solids,
         contact=Contact(
@@ -197,6 +202,7 @@ def assemble(
             parts.surfaces,
             parts.contact.law,
             meets=meets,
+            one_pass=slave != "both",
             free=ties.free,
             points=CONTACT_POINTS,
             splits=scene.specimen != "cell",  # cells are solved directly

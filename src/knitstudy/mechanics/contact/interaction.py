@@ -1,5 +1,7 @@
 """Contact of smooth surfaces in two passes: Gauss points of each surface against the other, so that none is master.
 
+In one pass the points of one surface of a pair, the slave, carry all of the contact.
+
 The points' history holds the memory of friction: where a point last stuck on the other surface, in convected
 coordinates, so that a rotation of both changes nothing. It is updated when an increment has converged. Sources:
 Wriggers, Computational Contact Mechanics (2006), chapters 5 and 6; Laursen, Computational Contact and Impact Mechanics
@@ -65,12 +67,14 @@ class Contact:
         surfaces: Surfaces,
         law: Coulomb | Indentation,
         *,
-        # (G, G), which surfaces may touch each other; by default all, themselves included
+        # (G, G), whose points (rows) may touch which surfaces (columns); by default all, themselves included
         meets: Bools | None = None,
         # which (k,) of undeformed places (k, 3) [m] on the surfaces may touch; by default all
         free: Callable[[np.ndarray], np.ndarray] | None = None,
         points: int = 3,  # Gauss points along each side of a cell
         splits: bool = True,  # whether tangents come with their symmetric part, which iterative solvers take
+        # whether the points of one surface of a pair carry all: `meets` then says of which (slave, master)
+        one_pass: bool = False,
         margin: float,  # distance up to which pairs are followed [m]
         overlap: float,  # largest penetration of the undeformed surfaces [m]
     ) -> None:
@@ -82,6 +86,8 @@ class Contact:
         self.surfaces, self.law, self.margin, self.splits = surfaces, law, margin, splits
         self._undeformed = surfaces.carry(nodes)
         self.quadrature = Quadrature.on(surfaces, self._undeformed, points)
+        if one_pass:  # a point stands for the area of both surfaces
+            self.quadrature = replace(self.quadrature, area=self.quadrature.area / PASS_SHARE)
         if meets is None:
             meets = np.ones((len(surfaces.cells), len(surfaces.cells)), dtype=bool)
         self._search = Search(surfaces, self.quadrature, self._undeformed, meets, free)

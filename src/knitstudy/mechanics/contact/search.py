@@ -27,9 +27,9 @@ FARTHEST = 2.0
 class Search:
     """Finds the pieces of surface that are near each other, in any configuration.
 
-    Two surfaces are searched if ``meets`` says so, a surface with itself included: there, rings nearer than
-    half a turn around the section along the yarn are left out, which only a yarn bent to less than its own radius
-    could bring together. A point that is near two separate pieces of one surface faces both.
+    Points of a surface are searched near another one if ``meets`` says so, a surface with itself included: there,
+    rings nearer than half a turn around the section along the yarn are left out, which only a yarn bent to less than
+    its own radius could bring together. A point that is near two separate pieces of one surface faces both.
     """
 
     def __init__(
@@ -37,7 +37,7 @@ class Search:
         surfaces: Surfaces,
         quadrature: Quadrature,
         carriers: Floats,  # (M, 3), of the undeformed surfaces [m]
-        meets: Bools,  # (G, G), which surfaces may touch; symmetric
+        meets: Bools,  # (G, G), whose points may touch which surfaces
         free: Callable[[np.ndarray], np.ndarray] | None,  # which (P,) of places (P, 3) [m] may; None: all
     ) -> None:
         self.surfaces, self.quadrature, self.meets = surfaces, quadrature, meets

@@ -11,12 +11,13 @@ import xarray as xr
 
 from knitstudy.measures import centre_cell, response
 from knitstudy.measures.estimate import Estimate
-from knitstudy.measures.reference import transferred_uncertainty
+from knitstudy.measures.reference import reference_of, transferred_uncertainty
 from knitstudy.mechanics.core.arrays import Floats, Ints
 from knitstudy.paper.claims import (
     CLAIMS,
     COMPARABLE,
-    UNDECIDABLE,
+    GOOD,
+    MUCH,
     NotRun,
     Remark,
     Row,
@@ -244,21 +245,43 @@ def growing_area(evidence: Evidence) -> Iterator[Row | Remark]:
     yield Remark("area where pressure acts, the mean of both sides", (evidence.direct["isotropic"],))
 
 
-@CLAIMS.add(
-    "K19",
-    quantity="force and |u_z|, master and slave exchanged",
-    why="missing is a contact in one pass: this study integrates over both surfaces of a pair alike, so that "
-    "exchanging them changes nothing",
-)
-@CLAIMS.add(
-    "K20",
-    quantity="distance to the reference, one point over full integration",
-    why="missing is a linear hexahedron with full integration: both hexahedra of this study have reduced integration",
-)
-def lacking(_: Evidence, quantity: str, why: str) -> Iterator[Row | Remark]:
-    """Yield that nothing in this study can decide a claim, and why."""
-    yield Row(quantity, grade=UNDECIDABLE)
-    yield Remark(why)
+@CLAIMS.add("K19")
+def either_is_master(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that force and motion are the same whichever of two yarns is the slave, in a contact of one pass."""
+    names = [f"slave-{slave}-isotropic-course" for slave in ("lower", "upper")]
+    if not all(map(evidence.has, names)):
+        raise NotRun("the study has no knits in contact of one pass with exchanged slaves")
+    lower, upper = (evidence.rows[name].history for name in names)
+    strain = response.common_strain((lower, upper))
+    for quantity in (response.FORCE, response.LARGEST_U_Z):
+        _, values = response.QUANTITIES[quantity]
+        one, other = (response.at_strain(each, strain, values(each, each)) for each in (lower, upper))
+        off = max(one / other, other / one) - 1
+        name = f"{quantity}, one slave over the other, less 1"
+        yield at_most(name, off, "0", GOOD, sense=COMPARABLE - 1, text=f"{off:.3f}")
+    yield Remark("hexahedra of 0.30 mm, friction, course tension", tuple(names))
+
+
+@CLAIMS.add("K20")
+def locking(evidence: Evidence) -> Iterator[Row | Remark]:
+    """Yield that one integration point is much closer to the reference than eight, on the same meshes."""
+    names = []
+    for size, millimetres in (("045", "0.45 mm"), ("030", "0.30 mm")):
+        pair = [f"elements-{element}-{size}-tie-course" for element in ("one-point", "eight-point")]
+        if not all(map(evidence.has, pair)):
+            raise NotRun(
+                "the study has no tied knits of hexahedra with one and with eight integration points"
+            )
+        one, eight = (evidence.rows[name] for name in pair)
+        known = reference_of(evidence.reference, one.scene)
+        closer, much = (known.nearer(one.history, eight.history, share) for share in (1.0, 1 / MUCH))
+        far = [known.force_distance(row.history) for row in (one, eight)]
+        name = f"distance to the reference, one point over eight, {millimetres}"
+        ratio = far[0].value / far[1].value
+        yield holds(name, f"{ratio:.2f}", "avoids", closer, much, 1 / (MUCH * ratio) if ratio > 0 else np.inf)
+        yield Row(f"distance of one point; of eight, {millimetres}", f"{far[0]}; {far[1]}")
+        names += pair
+    yield Remark("ties, course tension", tuple(names))
 
 
 @CLAIMS.add("K5", quantity=response.FORCE, order=("tie", "rough", "isotropic"))

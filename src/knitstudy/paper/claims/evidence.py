@@ -36,13 +36,14 @@ UNTIED = {"yarns-{case}": "inputs-untied-isotropic-course", "yarns-{case}-p3": "
 AGAIN = ("yarns-{case}-p3", "dns-{case}", "yarns-{case}-coarse")  # Judged again by these
 _SOLIDS = of_cases((*CASES, "rough-course", "rough-wale"), (*SOLIDS, *OTHER_SOLIDS))
 _VARIED = ("yarns-untied-course-p3", "inputs-*", "inertia-*", "reading-*")
+_NUMERICS = ("elements-*", "slave-*")
 _SQUARES = ("domain-hexahedra-*", "domain-yarns-tie-course-*")
 _STRESSED = [name for name in _SOLIDS if name.startswith(("yarns-isotropic", "dns-isotropic"))]
 # Sources of figures and tables of findings (`run.catalogue.Display`), of which `evidence_of` makes the evidence
 SOURCES = {
     "results": {
         "geometry": KNIT,
-        "histories": several("simulation", *MODELS, *_SOLIDS, *_VARIED, "sweep-*", *_SQUARES),
+        "histories": several("simulation", *MODELS, *_SOLIDS, *_VARIED, "sweep-*", *_SQUARES, *_NUMERICS),
         "contacts": several("contacts", *_SOLIDS, *_VARIED, optional=True),
         "stresses": several("stress", *_STRESSED, "reading-*-yarns-isotropic-*", optional=True),
         "geometries": several("geometry", "reading-*-yarns-tie-course", "inputs-*-tie-course", optional=True),

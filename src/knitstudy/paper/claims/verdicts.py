@@ -36,6 +36,7 @@ from knitstudy.paper.scene_names import CASES, INTERACTIONS, SOLIDS, of_cases
 
 # Kinds of readings: of one choice, of one input, and of everything as the paper prints it
 READING, INPUT, PRINTED = "reading", "input", "as printed"
+OF_ELEMENTS = "elements-"  # Scenes of the paper's own elements, which are alike as printed and resolved
 DIRECT = of_cases(CASES, SOLIDS)  # Scenes whose knit is the one that is judged
 
 
@@ -83,7 +84,8 @@ class Reading:
         if self.kind == INPUT:
             instead = _of_other_inputs(instead)
         if self.kind == PRINTED:
-            instead = {name: new for name, new in instead.items() if new != name}
+            alike = {name: name for name in base.rows if name.startswith(OF_ELEMENTS)}
+            instead = {name: new for name, new in instead.items() if new != name} | alike
         rows = {name: base.rows[new].named(name) for name, new in instead.items() if new in base.rows}
         knits = {base.rows[instead[name]].scene.knit for name in DIRECT if name in rows}
         geometry = _geometry_of(knits, base)

@@ -83,6 +83,7 @@ TABLE: dict[tuple[str, str], dict[str, Keywords]] = {
             element="C3D8R",
         ),
     },
+    ("mesh.element", "eight_point"): dict.fromkeys(("abaqus", "calculix"), Keywords(element="C3D8")),
     ("mesh.element", "quadratic"): dict.fromkeys(("abaqus", "calculix"), Keywords(element="C3D20R")),
     ("yarn.material", "hencky"): {
         "abaqus": Keywords(

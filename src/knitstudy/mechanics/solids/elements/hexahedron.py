@@ -146,6 +146,38 @@ class HexahedronElements(Elements):
         return force, energy
 
 
+def integrated(corners: Floats, gradients: Floats) -> tuple[Floats, Floats]:
+    """Return volumes (E, q) [m3] and spatial gradients (E, n, q, 3) [1/m] of elements (E, n, 3) at q points.
+
+    `gradients` (q, n, 3) are those of the shape functions in natural coordinates. Raises MeshError if an element is
+    folded at one of the points.
+    """
+    weight = np.empty((len(corners), len(gradients)))
+    spatial = np.empty((*corners.shape[:2], len(gradients), 3))
+    for q, natural in enumerate(gradients):
+        weight[:, q], spatial[:, :, q] = jacobians(corners, natural)
+    return weight, spatial
+
+
+@ELEMENTS.register
+class EightPointHexahedron(HexahedronElements):
+    """Eight-node hexahedron with 2 x 2 x 2 Gauss points: fully integrated, which locks where it bends.
+
+    The element that reduced integration is compared with. Raises MeshError if an element is folded at a point.
+    """
+
+    name, meaning, nodes = "eight_point", "full integration, which locks", 8
+    few = 128
+
+    def __init__(
+        self,
+        corners: Floats,  # (E, 8, 3), undeformed nodes [m]
+        material: Material,
+        coefficient: float = 0.0,  # of hourglass control, which it does without
+    ) -> None:
+        super().__init__(corners, material, GAUSS, *integrated(corners, GRADIENTS))
+
+
 # Hexahedron with one integration point and hourglass control
 
 _X, _Y, _Z = CORNERS.T
@@ -378,9 +410,4 @@ class QuadraticHexahedron(HexahedronElements):
         material: Material,
         coefficient: float = 0.0,  # of hourglass control, which it does without
     ) -> None:
-        count, points = len(corners), len(GAUSS)
-        weight = np.empty((count, points))
-        gradient = np.empty((count, NODES, points, 3))
-        for q, natural in enumerate(QUADRATIC_GRADIENTS):
-            weight[:, q], gradient[:, :, q] = jacobians(corners, natural)
-        super().__init__(corners, material, GAUSS, weight, gradient)
+        super().__init__(corners, material, GAUSS, *integrated(corners, QUADRATIC_GRADIENTS))
