@@ -47,12 +47,12 @@ def has(scene, key):
     return not section or (section in scene.sections and name in type(scene.sections[section]).model_fields)
 
 
-@pytest.mark.parametrize("name", ["columns", "keys"])
+@pytest.mark.parametrize("name", ["columns", "keys", "anomalies"])
 def test_documentation_is_up_to_date(docs_script, name):
     """Otherwise: python docs/reference/NAME.py."""
     docs = docs_script(name)
     page = docs.PAGE.read_text(encoding="utf-8")
-    assert (docs.renewed(page) if name == "columns" else docs.keys_page()) == page
+    assert (docs.keys_page() if name == "keys" else docs.renewed(page)) == page
 
 
 @pytest.mark.optional_packages
@@ -75,7 +75,7 @@ def test_every_link_leads_somewhere(page):
 
 
 CLAIM = re.compile(rf"\b({'|'.join(read_table(ROOT / 'resources/reference/paper_claims.csv')['id'])})\b")
-RESULTS = ROOT / "docs" / "reference" / "results.md"  # is generated
+GENERATED = {ROOT / "docs" / "reference" / "results.md", ROOT / "docs" / "anomalies.md"}
 
 
 def test_decimals_and_numbers_with_a_unit_may_be_measured():
@@ -84,7 +84,7 @@ def test_decimals_and_numbers_with_a_unit_may_be_measured():
 
 
 @pytest.mark.parametrize(
-    "page", sorted({*PAGES[2:]} - {RESULTS}), ids=lambda page: str(page.relative_to(ROOT))
+    "page", sorted({*PAGES[2:]} - GENERATED), ids=lambda page: str(page.relative_to(ROOT))
 )
 def test_pages_link_to_the_numbers_of_claims(page):
     """Verdicts are made again, and pages are not: a line that names a claim has no measured number."""
@@ -108,10 +108,25 @@ def test_every_anchor_is_a_heading(page):
         assert anchor in anchors(target), f"{path}#{anchor}"
 
 
-def test_every_page_is_linked_from_the_readme():
-    readme = PAGES[0].read_text(encoding="utf-8")
-    linked = {(ROOT / path).resolve() for path in LINK.findall(readme)}
-    assert {page for page in PAGES[1:] if page.parent.name != "notes" and page.name != "index.md"} <= linked
+def test_every_page_is_linked_from_the_readme_or_its_index():
+    index = ROOT / "docs" / "index.md"
+    linked = {
+        (page.parent / path).resolve()
+        for page in (PAGES[0], index)
+        for path in LINK.findall(page.read_text(encoding="utf-8"))
+    }
+    assert {page for page in PAGES[1:] if page.parent.name != "notes"} <= linked
+
+
+NOTE = re.compile(
+    r"^\| \[\w+\]\((\w+\.md)\) \| [^|]{20,} \| [^|]+ \| `[^|]+` \| \d\d-\d\d, `[0-9a-f]{8}` \|$", re.MULTILINE
+)
+
+
+def test_every_note_has_its_result_figure_command_date_and_code():
+    notes = ROOT / "docs" / "notes"
+    listed = NOTE.findall((notes / "README.md").read_text(encoding="utf-8"))
+    assert sorted(listed) == sorted(page.name for page in notes.glob("*.md") if page.name != "README.md")
 
 
 PACKAGE = Path(knitstudy.__file__).resolve().parent
