@@ -33,12 +33,29 @@ def run(*words, folder, environment=os.environ, program=(sys.executable,)):
     return ended
 
 
-def test_readme_in_python(fresh, tmp_path):
-    first, own = blocks("README.md", "python")
-    assert len(first.splitlines()) <= 9
-    run("-c", first, folder=tmp_path, environment=fresh.environment | NO_WINDOW)
-    assert (tmp_path / "cell.png").stat().st_size > 10_000
-    run("-c", own, folder=tmp_path, environment=fresh.environment)
+def last_number(printed, quantity):
+    """Return the last value of a quantity in printed tables."""
+    return float(re.findall(rf"^{quantity}\t(\S+)", printed, flags=re.MULTILINE)[-1])
+
+
+def test_readme(fresh, tmp_path):
+    """The first answer is that of the README, and the lines in Python print it as well."""
+    ((scene,), (commands,), (answer,), (code,)) = (
+        blocks("README.md", language) for language in ("yaml", "bash", "text", "python")
+    )
+    assert len(scene.splitlines()) <= 12
+    (tmp_path / "my-jersey.yaml").write_text(scene, encoding="utf-8")
+    here = {"folder": tmp_path, "environment": fresh.environment}
+    install, *lines = commands.splitlines()
+    assert install == "python -m pip install ."  # as test_installed does
+    assert len(lines) == 2
+    ended = [run("-m", *shlex.split(line, comments=True), **here).stdout for line in lines]
+    for row in answer.splitlines():
+        quantity, value, _unit = row.split("\t")
+        assert last_number(ended[-1], quantity) == pytest.approx(float(value), rel=PRINTED)
+    printed = run("-c", code, **here).stdout.splitlines()
+    smooth, rough = (float(line.split()[-2]) for line in printed)
+    assert smooth < rough == pytest.approx(last_number(ended[-1], quantity), rel=PRINTED)
 
 
 LONG = {"7_machine_knits": pytest.mark.full}  # four fabrics to 30 %
@@ -81,19 +98,6 @@ def test_core(fresh, tmp_path):
     assert float(lowest["35"]) > 0 > float(lowest["40"])
 
 
-def test_tutorial(fresh, tmp_path):
-    code = blocks("docs/tutorial/tutorial.md", "python")
-    assert len(code) >= 6
-    ended = run("-c", "\n".join(code), folder=tmp_path, environment=fresh.environment | NO_WINDOW)
-    assert "yarn.poisson_ratio is 0.6 but must be a number between -1 and 0.5" in ended.stdout
-    assert re.search(r"dns-tie-course-coarse-\w{8} +100%", ended.stderr)
-    kept = {path.relative_to(tmp_path / "my-results").parts[0] for path in tmp_path.rglob("*.nc")}
-    assert kept == {"geometry", "mesh", "simulation", "contacts"}
-    direct = list((tmp_path / "my-results" / "simulation").glob("dns-*.nc"))
-    assert len(direct) == 1, "the reduced model takes its joints from the same run"
-    assert (tmp_path / "my-results" / "force.png").stat().st_size > 10_000
-
-
 JERSEY = "tutorial/jersey"
 ANSWERS = {  # by the page of a question: what its commands print, and the files that they write
     JERSEY: ("course force over width at the end", "loop.png", "jersey.png", "knit.png"),
@@ -133,15 +137,13 @@ def at_rest(folder):
 
 NUMBERS = {  # by page: its words around numbers {}, and how each is read from what its commands have written
     JERSEY: {
-        "with a ninth of the bending the {} N/m below are {} N/m": (
-            end("jersey", "force_per_width", "course"),
-            end("spun", "force_per_width", "course"),
-        ),
-        "| course force over width | {} N/m | {} N/m |": (
+        "# {} N/m in place of 8.51 N/m at 20 %": (end("wool", "force_per_width", "course"),),
+        "| course force over width | {} N/m | {} N/m | {} N/m |": (
             end("jersey", "force_per_width", "course"),
             end("solids", "force_per_width", "course"),
+            end("spun", "force_per_width", "course"),
         ),
-        "| wale strain: the knit contracts | {} % | {} % |": (
+        "| wale strain: the knit contracts | {} % | {} % | |": (
             scaled(end("jersey", "cell_strain", "wale"), 100),
             scaled(end("solids", "cell_strain", "wale"), 100),
         ),
@@ -180,10 +182,12 @@ def require_numbers(page, folder):
 
 @pytest.fixture(scope="module")
 def jersey(tmp_path_factory):
-    """A folder with the jersey that the pages of questions go on with."""
+    """A folder with the jersey that the pages of questions go on with, and that of the README."""
     folder = tmp_path_factory.mktemp("jersey")
     (scene,) = blocks(f"docs/{JERSEY}.md", "yaml")
     (folder / "jersey.yaml").write_text(scene, encoding="utf-8")
+    (soft,) = blocks("README.md", "yaml")
+    (folder / "my-jersey.yaml").write_text(soft, encoding="utf-8")
     return folder
 
 
@@ -205,10 +209,34 @@ def test_a_page_answers_its_question(checkout_copy, jersey, page):
     require_numbers(page, jersey)
 
 
-@pytest.mark.parametrize("page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake", "how-to/yarns"])
+@pytest.mark.parametrize(
+    "page", [*ANSWERS, "how-to/machine_files", "how-to/snakemake", "how-to/compare_stitches"]
+)
 def test_a_question_has_a_page_of_one_screen(page):
     assert len((ROOT / f"docs/{page}.md").read_text(encoding="utf-8").splitlines()) <= SCREEN
     assert f"({page}.md)" in (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    "command", ["check", pytest.param("run", marks=pytest.mark.full)]
+)  # shapes at rest: three minutes
+def test_compare_stitches(tmp_path, command):
+    """Strains at 10, 20 and 50 N/m are those of the table, to a twentieth: slack loops may find another rest."""
+    page = "docs/how-to/compare_stitches.md"
+    (scenes,), (commands,), (code,) = (blocks(page, language) for language in ("yaml", "bash", "python"))
+    (tmp_path / "stitches.yaml").write_text(scenes, encoding="utf-8")
+    lines = commands.replace("knitstudy run", f"knitstudy {command}").splitlines()
+    assert len(lines) == 3
+    for line in lines:
+        run("-m", *shlex.split(line, comments=True), folder=tmp_path)
+    if command == "run":
+        printed = run("-c", code, folder=tmp_path).stdout.splitlines()
+        text = (ROOT / page).read_text(encoding="utf-8")
+        for stitch, *strains in (line.replace(" %", "").split() for line in printed):
+            row = re.search(rf"^\| {stitch} .*\| (\d+) % \| (\d+) % \| (\d+) % \|$", text, re.MULTILINE)
+            assert [float(strain) for strain in row.groups()] == pytest.approx(
+                [*map(float, strains)], rel=0.05
+            )
 
 
 def test_a_study_of_parameters(fresh, tmp_path):
@@ -236,21 +264,6 @@ def test_machine_files(tmp_path, command):
         ended = run("-m", *shlex.split(line, comments=True), folder=tmp_path)
     if command == "run":
         assert "course force over width at the end" in ended.stdout
-
-
-def test_yarns_to_choose(fresh, tmp_path):
-    """The commands on the page, in one increment; the mass is that of the yarn."""
-    (scene,), (printed,) = (blocks("docs/how-to/yarns.md", each) for each in ("yaml", "bash"))
-    for each, other in (("solver.increments: 10", "solver.increments: 1"), ("strain: 0.2", "strain: 0.01")):
-        assert scene.count(each) == 1
-        scene = scene.replace(each, other)
-    (tmp_path / "cotton.yaml").write_text(scene, encoding="utf-8")
-    here = {"folder": tmp_path, "environment": fresh.environment}
-    lines = (shlex.split(line, comments=True) for line in printed.splitlines())
-    listed, checked, ended = (run("-m", *line, **here).stdout for line in lines)
-    assert "wool-2-48\t41.7\t" in listed
-    assert re.search(r"mass per area \d+ g/m2", checked)
-    assert "course force over width at the end" in ended
 
 
 def test_two_yarns(fresh, tmp_path):

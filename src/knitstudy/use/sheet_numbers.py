@@ -27,6 +27,7 @@ from knitstudy.use.measured_curve import (
 from knitstudy.use.style import PERCENT
 
 PRESS = "press"
+SHARES = (0.1, 0.2, 0.5, 1.0)  # of the largest force, at which strains are given
 SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 # Curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2
 BENT = (50.0, 100.0, 150.0)
@@ -167,7 +168,7 @@ def load_rows(
     rows: list[list[str]] = []
     for way, across in (STRAINS[:2], STRAINS[1::-1]):
         pull = PULL(way)
-        for part in (0.1 * force, 0.5 * force, force):
+        for part in (share * force for share in SHARES):
             row(way, f"{way} strain at {part:g} N/m", "%", PERCENT, STRAIN(way), pull, part)
         row(way, f"{across} strain then", "%", PERCENT, STRAIN(across), pull, force)
         energies = [energy_to(curve, STRAIN(way), pull, force) for curve in curves[way]]

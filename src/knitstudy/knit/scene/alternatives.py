@@ -335,7 +335,7 @@ def _table(path: Path) -> np.ndarray:
     return points * (1e-3 if units == {"mm"} else 1.0)
 
 
-# Yarns as files: values with unit and source; estimates, of fibres that slide or are bonded (docs/how-to/yarns.md)
+# Yarns as files: values with unit and source; estimates, of fibres that slide or are bonded (notes/yarn_library.md)
 
 OTHER, UPPER = [0, 2, 1], [False, True, False]  # of a value, the upper and the lower end
 SHAPE = np.array([0.8, 1.0, 0.59])  # eta: wool, circles, silk (Morton and Hearle 2008, chapter 17)
