@@ -57,4 +57,4 @@ def test_interrupted_study_says_in_one_line_how_to_go_on(meshed):
     assert process.returncode == 130
     assert not [line for line in reason if "Traceback" in line or "KeyboardInterrupt" in line]
     assert reason[-1].startswith("error: stopped; finished files are in results")
-    assert reason[-1].endswith("the same command goes on from there")
+    assert reason[-1].endswith("repeat the command to resume")

@@ -259,6 +259,7 @@ def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr
     Raises DataFileError if the file holds no history.
     """
     from knitstudy.measures.summary import kind_of
+    from knitstudy.mechanics.core.batches import serial_blas
     from knitstudy.run.stages import STAGES
 
     try:
@@ -268,8 +269,11 @@ def undeformed(file: Path, history: xr.Dataset, solids: bool) -> tuple[Scene, xr
     if kind != "history":
         raise DataFileError(f"{file}: is a {kind} and must be a history")
     scene = recorded(str(file), {})[0]
-    geometry = STAGES["geometry"].function(scene)
-    mesh = STAGES["mesh"].function(scene, geometry=geometry) if solids and STAGES["mesh"].of(scene) else None
+    with serial_blas():  # as in a run: whether a tight loop is found may depend on the last bits of its sums
+        geometry = STAGES["geometry"].function(scene)
+        mesh = (
+            STAGES["mesh"].function(scene, geometry=geometry) if solids and STAGES["mesh"].of(scene) else None
+        )
     return scene, geometry, mesh
 
 

@@ -13,8 +13,8 @@ from knitstudy.registry import optional_packages, plugin_behind
 _OWN = {
     "list": ("knitstudy.run.commands.scenes:list_scenes", "List the scenes."),
     "check": ("knitstudy.run.commands.scenes:check", "Check a configuration; show all keys of a scene."),
-    "plan": ("knitstudy.run.commands.scenes:plan", "Choose a model for a question, and show its price."),
-    "measure": ("knitstudy.run.commands.run:measure", "Measure errors and prices of all models on a knit."),
+    "plan": ("knitstudy.run.commands.scenes:plan", "Choose a model for a question, and show its cost."),
+    "measure": ("knitstudy.run.commands.run:measure", "Measure errors and costs of all models on a knit."),
     "run": ("knitstudy.run.commands.run:run", "Simulate a scene and all that it needs."),
     "study": ("knitstudy.run.commands.run:study", "Run a whole study, with its figures, tables and report."),
 }
@@ -97,7 +97,7 @@ def print_version(context: click.Context, option: click.Parameter, wanted: bool)
     is_eager=True,
     expose_value=False,
     callback=print_version,
-    help="Show the version of the code and end.",
+    help="Show the version of the code and exit.",
 )
 def main(traceback: bool) -> None:
     """Simulate how knitted textiles carry load, one scene at a time.
@@ -108,13 +108,13 @@ def main(traceback: bool) -> None:
     \b
     knitstudy list                               all scenes
     knitstudy check yarns-tie-course             all keys of a scene, with units and sources
-    knitstudy measure yarns-tie-course           errors and prices of all models on this knit
+    knitstudy measure yarns-tie-course           errors and costs of all models on this knit
     knitstudy plan yarns-tie-course --question force --accuracy 0.05   the cheapest model that is accurate enough
     knitstudy run yarns-tie-course               simulate a scene and all that it needs
 
     `knitstudy COMMAND --help` shows more examples. `knitstudy study` runs a study with its figures and its report;
-    docs/tutorial/tutorial.md does the same from Python.
+    docs/tutorial/examples.md does the same from Python.
 
-    Exit status: 0 done, 1 an error (one message names it), 2 wrong usage, 3 a load path that ended
-    early and whose curve is kept, 130 stopped.
+    Exit status: 0 success, 1 error (described in one message), 2 wrong usage, 3 load path ended early (the
+    curve so far is kept), 130 interrupted.
     """

@@ -56,13 +56,13 @@ def run(
     verbose: bool,
     config: Path,
 ) -> None:
-    """Simulate a scene, and first the simulations of solids that give its joints and springs.
+    """Simulate a scene. Simulations that its joints and springs come from run first.
 
     Each stage (geometry, mesh, simulation, contacts) writes a file below the output folder, and the file
-    is used again while its inputs and the code are the same. An interrupted run goes on from its last
-    increment: repeat the command. A scene with changed keys gets a name of its own, and never replaces
-    the scene that it was made from. Changed keys of the geometry reach the simulations that a reduced
-    model needs; other keys do not.
+    is used again while its inputs and the code are the same. To resume an
+    interrupted run from its last increment, repeat the command. A scene with changed keys gets its own
+    name and does not replace the original. Changed keys of the geometry also apply to the simulations that
+    a reduced model needs; other keys do not.
 
     \b
     knitstudy run cell-course
@@ -72,11 +72,11 @@ def run(
     knitstudy run my.yaml                        the scene of a file
     knitstudy run RESULT.nc --force              simulate the scene of a result file again
 
-    A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its price before it runs.
+    A scene that leaves its model open (`fidelity: auto`) prints the chosen model and its cost before it runs.
 
-    A load path that ends early leaves its curve in SCENE.incomplete.nc beside the histories, and ends with status 3.
+    If a load path ends early, the curve so far is kept in SCENE.incomplete.nc, and the exit status is 3.
 
-    Units are SI; sizes of elements are in yarn radii. `knitstudy show` tells more about a file.
+    Units are SI; sizes of elements are in yarn radii. `knitstudy show FILE` describes a result.
     """
     if threads is not None:
         os.environ["OMP_NUM_THREADS"] = str(threads)
@@ -93,7 +93,7 @@ def run(
             results = simulate(chosen, output, config=config, progress=Progress, force=force, plan=plan)
     except KeyboardInterrupt:
         kept = f"stages that were done and the last converged increment are kept in {output}"
-        raise KeyboardInterrupt(f"stopped; {kept}: the same command goes on from there") from None
+        raise KeyboardInterrupt(f"stopped; {kept}: repeat the command to resume") from None
     console.say(f"{results.path}:", err=True)
     console.print_table(("quantity", "value", "unit"), summarise(results.history))
     for warning in unit_warnings(chosen):  # again: the first time was before all other messages
@@ -113,8 +113,8 @@ def run(
 def measure(scene: str, changes: console.Changes, output: Path, config: Path) -> None:
     """Run all model settings of config/trade.yaml on the knit of a scene, whatever model the scene names.
 
-    Errors and prices go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
-    The reference value is the limit of solid yarns of degrees 2, 3 and 4. A stopped command goes on where it was.
+    Errors and costs go to measured.csv in the working folder; `plan` and `fidelity: auto` use them for this knit.
+    The reference value is the limit of solid yarns of degrees 2, 3 and 4. Repeat an interrupted command to resume it.
 
     \b
     knitstudy measure yarns-tie-course
@@ -161,12 +161,12 @@ DRY = {"-n", "--dry-run", "--dryrun"}  # Options of Snakemake that only plan
 def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
     """Run a study with Snakemake in the working folder: ci, reduced, full, reference or fabrics.
 
-    Results that are there and up to date stay. A study that was stopped or killed goes on where it was.
+    Up-to-date results are kept. An interrupted study resumes.
 
     \b
     knitstudy study                                             the reduced study
-    knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study, and all it needs
-    knitstudy study full -- --dry-run                           jobs that would run
+    knitstudy study ci -- results/geometry/plain3x3.nc          one file of a study and its dependencies
+    knitstudy study full -- --dry-run                           list the jobs without running them
     """
     if variable := os.environ.get("SNAKEMAKE_PROFILE"):
         console.say(
@@ -255,6 +255,6 @@ def snakemake(arguments: list[str]) -> int:
     if interrupted:
         raise KeyboardInterrupt(
             f"stopped; finished files are in {RESULTS}, runs that were not done keep their last increment in "
-            f"{RESULTS / 'restart'}: the same command goes on from there"
+            f"{RESULTS / 'restart'}: repeat the command to resume"
         )
     return status

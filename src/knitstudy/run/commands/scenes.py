@@ -171,8 +171,10 @@ def _checked_loop(scene: Scene) -> str:
     from knitstudy.knit.geometry.lay_out import lay_out
     from knitstudy.knit.simulate import require_resolution
     from knitstudy.measures.construction import drawn, of_yarn
+    from knitstudy.mechanics.core.batches import serial_blas
 
-    geometry = lay_out(scene)
+    with serial_blas():  # as in a run: whether a tight loop is found may depend on the last bits of its sums
+        geometry = lay_out(scene)
     known = of_yarn(drawn(geometry, scene.tex), scene)
     numbers = (f"{name} {value:.3g} {unit}" if unit else f"{name} {value}" for name, value, unit in known)
     fabric = f"fabric as drawn: {', '.join(numbers)}\n"
@@ -246,12 +248,12 @@ def _described(scene: Scene, key: str, given: Value | None, who: str) -> Descrip
 @console.set_option
 @console.config_option
 def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float | None) -> None:
-    """Print the cheapest model that answers a question about a scene accurately enough, the error that is
-    promised, and the price. Small cells of the endless fabric then run for some seconds and show which
+    """Print the cheapest model that answers a question about a scene accurately enough, its promised error
+    and its cost. Small cells of the endless fabric then run for some seconds and show which
     inputs change the force most.
 
-    Errors and prices were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside of its box nothing
-    is promised: `knitstudy measure SCENE` measures them on this knit.
+    Errors and costs were measured on a sample of knits (config/trade.yaml, accuracy.md). Outside its range nothing is
+    promised: `knitstudy measure SCENE` measures them on this knit.
 
     A scene can leave its model open with these keys; `knitstudy run` and `make study` then see an ordinary scene of the
     chosen model:
@@ -274,7 +276,7 @@ def plan(scene: str, changes: console.Changes, config: Path, **asks: str | float
     For a knit with more cells than any knit of the sample, the endless cell comes first, then the costs of the knit.
 
     Each line of the printed table costs more and is more accurate than the line before. If no model meets the
-    accuracy or the budget, one message names the nearest.
+    accuracy or the budget, the message names the nearest.
     """
     asked_keys = {f"ask.{name}": value for name, value in asks.items() if value is not None}
     problem, ask, where = asked_of(scene, dict(changes) | asked_keys, config)

@@ -54,8 +54,8 @@ def sheet(
 
     The fabric is a cell of beams that slide with friction, whatever model the scene names: its stitches, its shape at
     rest, stretching and one cycle in both directions, both at once, shear, bending and curling, and the thickness
-    between plates. Every number has an uncertainty, or the words "not known" or "given". It takes a minute or two;
-    histories are kept in OUTPUT, and used again.
+    between plates. Every number has an uncertainty, or is marked "not known" or "given". A jersey takes a minute or
+    two, a rib or a half cardigan several. Histories are kept in OUTPUT and reused.
 
     \b
     knitstudy sheet jersey.yaml --tex 30
