@@ -217,7 +217,7 @@ def summarise(
         Folder of the pictures, from the page.
     """
     shown: list[str] = []
-    rows = verdicts.fillna("").to_dict("records")
+    rows = verdicts.astype(object).fillna("").to_dict("records")
 
     def picture(name: str) -> str:
         title = FIGURES.find(name).title
