@@ -37,7 +37,8 @@ SPAN, JUST_AFTER = 1e-3, 5e-3
 PRONOUNCED, SYMMETRIC = 0.1, 0.2  # Claim K4: least |u_z| over d; largest difference of envelopes
 CONTRACTS = 0.01  # Claim K8: least contraction of the chord to a neighbour over the strain of the knit
 NAMED = {"tie": "ties", "rough": "rough contact", "isotropic": "friction"}
-FRICTION_SWEEP = re.compile(r"inputs-friction\d+-isotropic-course")  # Solids with other coefficients of friction (K7)
+# Solids with other coefficients of friction (K7)
+FRICTION_SWEEP = re.compile(r"inputs-friction\d+-isotropic-course")
 
 
 @CLAIMS.add("K1")
