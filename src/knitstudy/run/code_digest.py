@@ -144,11 +144,22 @@ def _computed(source: str) -> str:
 
 def _computing_parts(source: str) -> Iterator[str]:
     module = ast.parse(source)
+    lines = source.encode().splitlines(keepends=True)
     for statement in module.body:
         if isinstance(statement, ast.Assign | ast.AnnAssign):
-            yield ast.get_source_segment(source, statement) or ""
+            yield _text_of(statement, lines)
     for node in ast.walk(module):
         if isinstance(node, ast.FunctionDef | ast.Lambda):
             decorators = "".join(ast.dump(each) for each in getattr(node, "decorator_list", []))
             if "validator" not in decorators:
-                yield ast.get_source_segment(source, node) or ""
+                yield _text_of(node, lines)
+
+
+def _text_of(node: ast.stmt | ast.expr, lines: list[bytes]) -> str:
+    """Return the text of a node; `ast.get_source_segment` divides the whole source into lines for every node."""
+    assert node.end_lineno is not None
+    assert node.end_col_offset is not None
+    own = lines[node.lineno - 1 : node.end_lineno]
+    own[-1] = own[-1][: node.end_col_offset]
+    own[0] = own[0][node.col_offset :]
+    return b"".join(own).decode()
