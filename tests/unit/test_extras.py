@@ -31,6 +31,13 @@ history = simulate(load_scene("cell-course-coarse")).history
 print(float(history["force_per_width"].sel(plane="course")[-1]))
 """
 
+NUMBERS = """
+from knitstudy import fabric_sheet, load_scene, simulate
+from knitstudy.run.commands.main import main
+simulate(load_scene("rom3d-tie-course-coarse"), "results")
+main(["show", "results/simulation/rom3d-tie-course-coarse.nc"])
+"""
+
 COMMAND = """
 from knitstudy.run.commands.main import main
 main({arguments!r})
@@ -56,6 +63,13 @@ def test_a_cell_is_solved_without_extras(without_extras):
 
 
 @pytest.mark.optional_packages
+def test_numbers_are_printed_without_extras(without_extras):
+    ended = without_extras(NUMBERS)
+    assert ended.returncode == 0, ended.stderr
+    assert "force" in ended.stdout
+
+
+@pytest.mark.optional_packages
 def test_a_plot_names_its_extra(without_extras):
     ended = without_extras("import knitstudy\nknitstudy.plot")
     assert ended.stderr.splitlines()[-1] == (
@@ -70,7 +84,6 @@ def test_a_plot_names_its_extra(without_extras):
     [
         (["study", "ci"], "snakemake", "study"),
         (["loop"], "matplotlib", "pictures"),
-        (["sheet", "fabric-acrylic-stockinette-course-free"], "jinja2", "pictures"),
     ],
 )
 def test_a_command_names_its_extra(without_extras, arguments, module, extra):
