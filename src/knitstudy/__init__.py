@@ -1,6 +1,5 @@
 """knitstudy: how knitted textiles carry load, from yarn geometry to reduced models."""
 
-from pkgutil import resolve_name
 from typing import Any
 
 __version__ = "1.0.0"
@@ -41,11 +40,11 @@ __all__ = [*_NAMES]  # optional packages add others, such as ``plot``
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _NAMES and not name.startswith("_"):
-        from knitstudy.registry import optional_packages
+    from knitstudy.registry import optional_packages, resolve
 
+    if name not in _NAMES and not name.startswith("_"):
         for package in optional_packages():
             _NAMES.update(package.names)
     if name not in _NAMES:
         raise AttributeError(f"module 'knitstudy' has no attribute {name!r}")
-    return resolve_name(_NAMES[name])
+    return resolve(_NAMES[name])

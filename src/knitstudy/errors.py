@@ -62,6 +62,10 @@ class CoarseIncrement(ConvergenceError):
         self.error, self.unit, self.bearable = error, unit, bearable
 
 
+class MissingPackageError(KnitstudyError, ImportError):
+    """A package of an extra of knitstudy that is not installed; the message has the command that installs it."""
+
+
 class HeldOpenError(KnitstudyError):
     """A file that another program holds open for writing."""
 

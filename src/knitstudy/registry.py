@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import cache
 from importlib import import_module
@@ -23,12 +23,25 @@ from pkgutil import iter_modules, resolve_name
 from traceback import walk_tb
 from typing import Any, Generic, TypeVar
 
-from knitstudy.errors import ConfigurationError, message_of
+from knitstudy.errors import ConfigurationError, MissingPackageError, message_of
 
 MANY = 20  # Names beyond which a message does not list them all
 NEAR = 3  # Names that a message offers at most in the place of a wrong one
 
 PLUGINS = "knitstudy.plugins"  # Group of entry points
+
+PICTURES, STUDY = "pictures", "study"
+
+EXTRAS = {
+    "jinja2": PICTURES,
+    "matplotlib": PICTURES,
+    "meshio": PICTURES,
+    "pyvista": PICTURES,
+    "vtkmodules": PICTURES,
+    "snakemake": STUDY,
+    "snakemake_interface_logger_plugins": STUDY,
+}
+"""Extras of knitstudy that install what simulations do not need, by the names of modules."""
 
 _imported: dict[str, str] = {}  # The modules of plugins, by the names that asked for them
 
@@ -130,6 +143,31 @@ def meanings(entries: Mapping[str, Entry]) -> str:
     return listed([f"{name} ({meaning})" if meaning else name for name, meaning in sorted(by_name.items())])
 
 
+def remedy_of_missing(module: str | None) -> str:
+    """Return the command that installs a module which is not there; an empty text if no extra does."""
+    package = (module or "").partition(".")[0]
+    if package not in EXTRAS:
+        return ""
+    return f'{package} is not installed: python -m pip install "knitstudy[{EXTRAS[package]}]"'
+
+
+@contextmanager
+def naming_extra() -> Iterator[None]:
+    """Raise a MissingPackageError with the remedy where a package of an extra is not installed."""
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        if remedy := remedy_of_missing(error.name):
+            raise MissingPackageError(remedy) from error
+        raise
+
+
+def resolve(name: str) -> Any:
+    """Return an object by ``module:name``; raise a MissingPackageError where its module needs an extra."""
+    with naming_extra():
+        return resolve_name(name)
+
+
 def lazy_import(name: str) -> Callable[..., Any]:
     """Return a function by ``module:function``; the module is imported at the first call.
 
@@ -137,7 +175,7 @@ def lazy_import(name: str) -> Callable[..., Any]:
     """
 
     def called(*arguments: Any, **named: Any) -> Any:
-        return resolve_name(name)(*arguments, **named)
+        return resolve(name)(*arguments, **named)
 
     return called
 

@@ -20,7 +20,7 @@ import yaml
 
 from knitstudy.datasets import write_table
 from knitstudy.knit.scene.keys import Section
-from knitstudy.run.behaviour import GEOMETRY, HISTORIES, group_of, groups
+from knitstudy.run.behaviour import GEOMETRY, HISTORIES, OF_SOLVERS, group_of, groups
 from knitstudy.run.configuration import load_scene, load_scenes
 from knitstudy.run.plan import Plan
 from knitstudy.run.store import Store
@@ -33,6 +33,24 @@ LONG = {"lace"}  # a minute and more
 
 SAME = 1e-6
 """Relative to the norm: processors and BLAS differ in the last digits, which Newton's tolerance of 1e-6 lets grow."""
+
+NOISE = 1e-9  # norm below which a number is rounding, in its unit
+
+FREE = {
+    "jersey-with-legs-in-contact": 1e-5,
+    "fabric-acrylic-stockinette-wale-free": 1e-5,
+    "jersey-cycle": 1e-5,
+    "jersey-pressed": 1e-5,
+    "stitches-seed-wale": 1e-4,
+    "cotton-at-rest-and-bent": 1e-3,
+    "garter-sheared": 2e-2,
+}
+"""Scenes whose yarns lie where rounding leaves them, along themselves or where the drawing of loops is flat, and how
+close their totals are. Processors with and without AVX-512 differ by up to half of that: 3e-7 in most, 4e-5 in the
+seed, 2e-4 in cotton at rest, and 1.2e-2 in the energy of garter (7e-4 in its force)."""
+
+TOTALS = ("cell_strain", "displacement", "energy", "force", "reaction")
+"""Quantities that are compared of these scenes."""
 
 IDLE = {"CellOfBeams": {"beam.section", "geometry.free"}}  # a yarn with a law of its own; drawn loops
 """Keys that the scenes here do not read, as other keys make them idle, by class of scenes."""
@@ -93,11 +111,18 @@ def measured(name):
 
 
 def moved(now, kept):
-    """Return the rows of a scene that differ from the recorded ones. Sums cancel: they are compared by the norms."""
+    """Return the rows of a scene that differ from the recorded ones. Sums cancel: they are compared by the norms.
+
+    How a scene was solved is not compared.
+    """
     both = now.merge(kept, how="outer", on=ROW, suffixes=("", " recorded"))
-    scale = SAME * (both["norm recorded"] + 1e-12)
+    scale = both["scene"].map(FREE).fillna(SAME) * (both["norm recorded"] + NOISE)
     same = [(both[name] - both[f"{name} recorded"]).abs() <= scale for name in ("sum", "norm")]
-    return both[~(same[0] & same[1])]
+    says_nothing = both["quantity"].isin(OF_SOLVERS) | (
+        both["scene"].isin(FREE) & ~both["quantity"].isin(TOTALS)
+    )
+    known = both[["sum", "sum recorded"]].notna().all(axis=1)
+    return both[~(same[0] & same[1] | says_nothing & known)]
 
 
 @pytest.mark.parametrize("name", PARAMETERS)
@@ -132,7 +157,8 @@ def record():
         differs = moved(now, kept.query("scene == @name"))
         if len(differs):
             print(f"{name}: {len(differs)} quantities moved or are new", flush=True)
-        same = ~now["quantity"].isin(differs["quantity"])
+        whole = len(differs) > 0 and name in FREE  # what is not compared moves with the totals
+        same = ~now["quantity"].isin(now["quantity"] if whole else differs["quantity"])
         tables.append(now.where(~same, before, axis=0))
     write_table(pd.concat(tables), HISTORIES)
 

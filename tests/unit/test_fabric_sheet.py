@@ -3,6 +3,7 @@
 import errno
 import os
 import re
+import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 
@@ -216,6 +217,16 @@ def test_a_sheet_leaves_no_deck_of_an_earlier_one_and_names_both_yarns(made, tmp
     assert {file.name for file in tmp_path.iterdir()} == {page.name, *(file.name for file in files)}
     assert "yarn 0.25 and 0.2 mm thick" in page.read_text()
     assert not [file for file in files if file.suffix == ".inp"]
+
+
+def test_a_sheet_without_the_extra_pictures_has_no_page(made, tmp_path, monkeypatch, caplog):
+    made[0].write(tmp_path)
+    monkeypatch.delitem(sys.modules, "knitstudy.use.sheet_page")
+    monkeypatch.setitem(sys.modules, "jinja2", None)
+    files = made[0].write(tmp_path)
+    assert files[0].name == "numbers.csv"
+    assert {file.name for file in tmp_path.iterdir()} == {file.name for file in files}
+    assert 'pip install "knitstudy[pictures]"' in caplog.text
 
 
 def test_a_sheet_is_written_whole_or_not_at_all_and_says_what_it_replaces(
@@ -525,7 +536,7 @@ def test_soft_yarns_start_from_rest_with_and_without_friction(monkeypatch, tmp_p
     changes = "as a share of itself: pattern.loop_length +0 %, yarn.diameter +0 %, yarn.bending +0 %."
     assert any(note.endswith(changes) for note in sheet.notes)  # all paths are the same here
     assert any(f"{of_yarn}yarn.pressing 63 N, tex 500." in note for note in sheet.notes)
-    monkeypatch.setattr(sheets, "loss_of_cycle", lambda curve: None)
+    monkeypatch.setattr("knitstudy.use.sheet_page.loss_of_cycle", lambda curve: None)
     sheet.write(tmp_path)
     deck = (tmp_path / "shell.abaqus.inp").read_text()
     *_, numbers = re.split(r"\*SHELL GENERAL SECTION.*", deck)

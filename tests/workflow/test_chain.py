@@ -56,6 +56,12 @@ def test_report_logs_and_messages(finished, checkout):
     assert "numpy" in log
 
 
+def test_both_snakefiles_are_the_same_study(fresh):
+    jobs = fresh.jobs()
+    assert any(job.startswith("Simulate ") for job in jobs)
+    assert fresh.jobs("--snakefile", "workflow/Snakefile") == jobs
+
+
 def test_a_mesh_as_target(fresh):
     target = "results/mesh/pair-slid-30.nc"
     ended = fresh.snakemake(target, "--cores", "1")

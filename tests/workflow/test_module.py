@@ -22,7 +22,10 @@ def test_a_workflow_imports_this_one(checkout, tmp_path):
     shutil.copy2(checkout.folder / knit.relative_to(folder), knit)
     page = PAGE.read_text(encoding="utf-8")
     (study,), (rules,) = (re.findall(rf"```{each}\n(.*?)```", page, re.DOTALL) for each in ("yaml", "python"))
-    there = {"/path/to/checkout/Snakefile": str(checkout.folder / "Snakefile"), "study.yaml": "scenes"}
+    there = {
+        "/path/to/checkout/workflow/Snakefile": str(checkout.folder / "workflow" / "Snakefile"),
+        "study.yaml": "scenes",
+    }
     for printed, actual in there.items():
         assert rules.count(printed) == 1
         rules = rules.replace(printed, actual)

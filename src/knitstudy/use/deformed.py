@@ -31,6 +31,7 @@ from knitstudy.knit.geometry.fabric_file import fabric_of
 from knitstudy.knit.loading.run import ReportProgress, silent
 from knitstudy.measures.response import motion
 from knitstudy.mechanics.core.arrays import Floats
+from knitstudy.registry import naming_extra
 from knitstudy.use.solids import (
     BAR,
     FRONT,
@@ -224,7 +225,8 @@ def _repeated(cell: Deformed, vector: np.ndarray, copies: int) -> Deformed:
 
 def _surface_of(solids: Mesh, history: xr.Dataset, colour: str) -> Deformed:
     """Return the surface of solids at full load with a field of their nodes."""
-    import pyvista
+    with naming_extra():
+        import pyvista
 
     name, label, scale = FIELDS[colour]
     if colour == "pressure" and "contact_pressure" not in history:
@@ -379,7 +381,8 @@ def _packed(array: np.ndarray) -> str:
 
 def write_surface(knit: Deformed, path: Path | str, title: str = "") -> None:
     """Write the surface of a knit at full load for CAD, as triangles in mm (.stl); there is no room for a title."""
-    import meshio
+    with naming_extra():
+        import meshio
 
     corners = np.concatenate([knit.faces[:, [0, 1, 2]], knit.faces[:, [0, 2, 3]]])
     points = MILLIMETRE * knit.points[-1]

@@ -8,31 +8,28 @@ back where it is a cycle. The difference of both is an uncertainty: friction hol
 from __future__ import annotations
 
 import logging
-from base64 import b64encode
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from io import BytesIO
-from itertools import cycle, islice
+from itertools import islice
 from math import isnan, nan
 from pathlib import Path
 from re import sub
 from typing import Any
 
-import jinja2
 import numpy as np
 import pandas as pd
 import xarray as xr
-from matplotlib.figure import Figure
 
-from knitstudy.datasets import STRAINS, code_version, file_digest, write_table
+from knitstudy.datasets import STRAINS, file_digest, write_table
 from knitstudy.errors import (
     ConfigurationError,
     ConvergenceError,
     DataFileError,
     KnitstudyError,
+    MissingPackageError,
     UnwritableError,
     message_of,
 )
@@ -50,6 +47,7 @@ from knitstudy.knit.scene.specimens import Looped
 from knitstudy.knit.scene.stitches import is_plain, size_of_repeat
 from knitstudy.measures.construction import yarn_in_a_stitch
 from knitstudy.mechanics.core.arrays import Floats
+from knitstudy.registry import naming_extra
 from knitstudy.run.inputs import SHARE, STEP, Changed, changed, inputs_of
 from knitstudy.run.plan import Plan
 from knitstudy.run.simulations import processes
@@ -62,10 +60,11 @@ from knitstudy.use.measured_curve import (
     branches,
     curve_table,
     force_over_strain,
-    loss_of_cycle,
 )
 from knitstudy.use.sheet_numbers import (
+    BOTH,
     NOT_KNOWN,
+    PERCENT,
     PRESS,
     SHEAR,
     SHEARED,
@@ -76,13 +75,11 @@ from knitstudy.use.sheet_numbers import (
     thickness_rows,
     when,
 )
-from knitstudy.use.style import INK, PERCENT, SINGLE, YARNS, figure, resolution, styled
 
 log = logging.getLogger(__name__)
 
 FORCE = 100.0  # N/m
 PRESSURES = (49.0, 1000.0, 4900.0)  # Pa, of KES-FB3, ISO 5084, and the largest one of KES
-BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
 LIGHT = 0.1  # of that force: where strains change with inputs most
 SIZES = ("pattern.loop_length", "pattern.course_spacing")
 FARTHER, BEYOND = 1.1, 1.03  # times the force, and times the strain there: so both starts reach the force
@@ -94,6 +91,7 @@ EVEN = 15  # increments of a leg of the path that counts
 BACK = 0.02  # of the largest strain, where a cycle ends
 MEMBRANE = "membrane.{}.inp".format
 SHELL = "shell.abaqus.inp"
+PAGE, NUMBERS = "sheet.html", "numbers.csv"
 DECKS = (*map(MEMBRANE, LAWS), SHELL)
 ENDED = "incomplete"  # attribute of a history that ended early: where, and why
 STARTS = ("rest_with_friction", "rest")
@@ -137,21 +135,22 @@ class Sheet:
     def write(self, folder: Path | str) -> list[Path]:
         """Write page, tables and decks into a folder, all or none, and return their paths, the page first.
 
+        Without the extra ``pictures`` there is no page, which a warning says.
         A law that cannot be fitted is a note. A warning says where another sheet is replaced.
         Raises DataFileError when the folder cannot be written; an earlier sheet is then as it was.
         """
         folder = Path(folder)
-        with replacing_together(folder, stale=DECKS) as beside:
+        with replacing_together(folder, stale=(PAGE, *DECKS)) as beside:
             names = self._write(beside)
-            earlier, now = folder / names[1], beside / names[1]
+            earlier, now = folder / NUMBERS, beside / NUMBERS
             if earlier.is_file() and file_digest(earlier) != file_digest(now):
                 log.warning("%s: a sheet with other numbers is replaced; -o keeps both", folder)
         return [folder / name for name in names]
 
     def _write(self, folder: Path) -> list[str]:
-        """Write all files into an empty folder, and return their names: the page, the numbers and the others."""
+        """Write all files into an empty folder, and return their names, the page first."""
         notes = [*self.notes]
-        files = ["numbers.csv", "curves.csv"]
+        files = [NUMBERS, "curves.csv"]
         for name, table in zip(files, (self.numbers, self.curves), strict=True):
             write_table(table, folder / name)
         texts = self.numbers.set_index("quantity")["value"]
@@ -177,36 +176,15 @@ class Sheet:
             raise
         except DataFileError as error:
             notes.append(f"There is no deck of a membrane or a shell: {error}.")
-        picture = BytesIO()
-        self.draw().savefig(picture, format="png", dpi=resolution())
-        template = Path(__file__).with_name("sheet.html").read_text(encoding="utf-8")
-        page = jinja2.Environment(autoescape=True, undefined=jinja2.StrictUndefined).from_string(template)
-        shown = {"picture": b64encode(picture.getvalue()).decode(), "files": files, "version": code_version()}
-        shown |= {"diameters": _each(2e3 * np.asarray(self.scene.radius))}
-        write_text(page.render(vars(self) | {"notes": notes} | shown), folder / "sheet.html")
-        return ["sheet.html", *files]
-
-    @styled
-    def draw(self) -> Figure:
-        """Draw forces per width over strain: cycles in both directions with their loss, both at once, and shear."""
-        drawing = figure(2 * SINGLE, 0.85 * SINGLE, layout="constrained")
-        one, both, sheared = drawing.subplots(1, 3)
-        dashes = cycle(("-", "--", ":", "-."))
-        for load, curve in self.curves[self.curves["load"] != PRESS].groupby("load", sort=False):
-            alone = load in STRAINS
-            axes, dash = (sheared if load == "shear" else one, "-") if alone else (both, next(dashes))
-            for way in (load,) if alone else STRAINS[:2]:
-                forces = force_over_strain(curve, way)
-                loss = loss_of_cycle(forces)
-                label = f"{way}, loss {PERCENT * loss.share:.0f} %" if loss else way
-                label += "" if alone else load.removeprefix(BOTH)
-                colour = YARNS[2] if way == "wale" else INK
-                axes.plot(PERCENT * forces.index, forces, dash, color=colour, label=label)
-        for axes, title in ((one, "one way, free across"), (both, "both ways"), (sheared, "sheared")):
-            axes.set(title=title, xlabel="strain (%)")
-            axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.24))
-        one.set_ylabel("force per width (N/m)")
-        return drawing
+        try:
+            with naming_extra():
+                from knitstudy.use.sheet_page import page_of
+        except MissingPackageError as error:
+            log.warning("%s is not written: %s", PAGE, error)
+            return files
+        shown = {"notes": notes, "files": files, "diameters": _each(2e3 * np.asarray(self.scene.radius))}
+        write_text(page_of(self.curves, vars(self) | shown), folder / PAGE)
+        return [PAGE, *files]
 
 
 def fabric_sheet(

@@ -24,9 +24,10 @@ from knitstudy.use.measured_curve import (
     left_by_cycle,
     loss_of_cycle,
 )
-from knitstudy.use.style import PERCENT
 
 PRESS = "press"
+BOTH = "both ways"  # name of loads with both strains prescribed, before their ratio
+PERCENT = 100.0  # over 1
 SHARES = (0.1, 0.2, 0.5, 1.0)  # of the largest force, at which strains are given
 SHEAR, SHEARED = 0.1, 0.01  # largest angle of shear, and that of the stiffness
 # Curvatures [1/m] of the slope, and in the middle of the hysteresis: those of KES-FB2

@@ -15,6 +15,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -28,10 +29,11 @@ from matplotlib.typing import ColorType
 from numpy.typing import NDArray
 
 import knitstudy
-from knitstudy.errors import KnitstudyError
+from knitstudy.errors import KnitstudyError, MissingPackageError
 from knitstudy.knit.geometry.fabric import Fabric
 from knitstudy.knit.mesh.sweep import SweptMesh, rotation_minimising
 from knitstudy.mechanics.core.arrays import Floats, Ints
+from knitstudy.registry import remedy_of_missing
 from knitstudy.use.style import (
     DOUBLE,
     INCH,
@@ -337,8 +339,10 @@ def scale_bar(axes: Axes, length: float, view: View | None = None, left: float =
 def rendered(picture: Picture) -> Image:
     """Return a picture as RGBA array (height, width, 4) with a transparent background.
 
-    Raises RenderingError when VTK cannot render on this machine.
+    Raises RenderingError when VTK cannot render on this machine, MissingPackageError without PyVista.
     """
+    if find_spec("pyvista") is None:
+        raise MissingPackageError(remedy_of_missing("pyvista"))
     process = _process()
     assert process.stdin is not None
     assert process.stdout is not None

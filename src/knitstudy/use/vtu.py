@@ -38,6 +38,7 @@ from knitstudy.mechanics.materials import Material, material_of
 from knitstudy.mechanics.solids.elements import ELEMENTS
 from knitstudy.mechanics.solids.elements.hexahedron import NODES
 from knitstudy.mechanics.solids.spline_yarn.space import Space, locate
+from knitstudy.registry import naming_extra
 
 if TYPE_CHECKING:
     from meshio import Mesh
@@ -53,7 +54,8 @@ NONE: Fields = MappingProxyType({})
 
 def grid(points: Floats, cells: Ints, point_fields: Fields, cell_fields: Fields = NONE) -> Mesh:
     """Return cells (C, n), in the order of VTK, at points (P, 3) with fields (P, ...) and (C, ...)."""
-    import meshio  # here: no other job needs it, and it takes a twentieth of the imports of all
+    with naming_extra():
+        import meshio  # here: no other job needs it, and it takes a twentieth of the imports of all
 
     fields = {name: [values] for name, values in cell_fields.items()}
     return meshio.Mesh(

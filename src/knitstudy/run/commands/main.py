@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from knitstudy.errors import EndedEarly, KnitstudyError, message_of, printable_lines
-from knitstudy.registry import optional_packages, plugin_behind
+from knitstudy.registry import optional_packages, plugin_behind, remedy_of_missing
 
 _OWN = {
     "list": ("knitstudy.run.commands.scenes:list_scenes", "List the scenes."),
@@ -75,6 +75,8 @@ def message_and_status(error: BaseException) -> tuple[str, int] | None:
             return f"the locale cannot write {text}: set LC_ALL=C.UTF-8 or PYTHONUTF8=1", 1
         case ModuleNotFoundError(name="fcntl" | "resource"):  # which Python has not on Windows
             return "knitstudy runs on Linux and macOS; on Windows, use WSL", 1
+        case ModuleNotFoundError(name=module) if remedy := remedy_of_missing(module):
+            return remedy, 1
     if plugin := plugin_behind(error):
         return f"plugin {plugin!r} ended the command: {message_of(error)}; --traceback shows where", 1
     return None

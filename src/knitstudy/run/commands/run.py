@@ -178,7 +178,7 @@ def study(name: str, options: tuple[str, ...], folder: str | None) -> None:
         arguments += ["--profile", "none"]
     arguments += [
         "--snakefile",
-        str(WORKFLOW.parent / "Snakefile"),
+        str(WORKFLOW / "Snakefile"),
         "--logger",
         "knitstudy",
         "--nolock",

@@ -104,10 +104,6 @@ def show(
             raise DataFileError(f"{path}: results are .nc and .csv files")
     if other is not None:
         _refuse_for_two({"--keys": keys, "--picture": pictures}, other)
-    from knitstudy.measures.summary import kind_of
-    from knitstudy.use.plot import draw
-    from knitstudy.use.style import save
-
     results = {path: read_dataset(path) for path in filter(None, (file, other))}
     dataset = results[file]
     if other is not None:
@@ -117,6 +113,10 @@ def show(
     else:
         console.print_table(("quantity", "value", "unit"), _quantities(dataset, file))
     if plot is not None:
+        from knitstudy.measures.summary import kind_of
+        from knitstudy.use.plot import draw
+        from knitstudy.use.style import save
+
         console.say(f"drawing {plot} ...", err=True)
         with console.naming(file):
             kind = kind_of(dataset)
