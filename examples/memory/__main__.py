@@ -1,4 +1,4 @@
-"""Shapes at rest and memory of knits that slide with friction: `python examples/memory [nylon jersey rib]`.
+"""Shapes at rest and memory of knits that slide with friction: `python examples/memory [jersey rib]`.
 
 Writes resources/memory.csv and docs/notes/memory.webp; docs/notes/memory.md says what they show. Some ten minutes.
 """
@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 
-from knitstudy import CellOfBeams, CellStrain, Friction, Pattern, SetYarn, load_scene, simulate
+from knitstudy import load_scene, simulate
 from knitstudy.run.behaviour import ENDLESS_BEAMS
 from knitstudy.run.committed_tables import keep_table
 
@@ -111,58 +111,13 @@ def rib(axes, friction=0.3, increments=170):
     ]
 
 
-def nylon(axes, frictions=(0.1, 0.3, 0.5), strain=0.15, increments=200):
-    """Draw cycles of a loose jersey of nylon, and return its numbers beside those of Poincloux et al. (2018).
-
-    Printed: spacings c and w of 3.93 and 2.08 mm, and what follows below. Assumed: a monofilament of 0.15 mm and 3 GPa
-    that is straight without forces, and so much of it in a stitch that c + delta w is as printed. The cycle is the
-    first one from the rest of drawn loops.
-    """
-    rows, every = [], []
-    for friction in frictions:
-        begun = time.process_time()
-        scene = CellOfBeams(
-            pattern=Pattern(course_spacing=2.38e-3, wale_spacing=4.5e-3, loops=1, rows=1),
-            yarn=SetYarn(diameter=0.15e-3, youngs_modulus=3e9, set=0.0),
-            load=CellStrain(deformation="wale", strain=-0.01, turns=(strain,), lateral="free"),
-            contact=Friction(friction=friction),
-        )
-        changes = {"load.start": "rest_with_friction", "mesh.beam_size": 1.2, "solver.increments": increments}
-        history = simulate(scene.vary(changes)).history
-        e, force = along(history, "wale")
-        axes.plot(e, force, lw=1, label=f"friction {friction:g}")
-        shapes, top = rest_shapes(history, "wale"), int(np.argmax(e))
-        every.append(shapes)
-        c, w = (shapes[0] * (1 + history["cell_strain"].to_numpy()[: top + 1, :2])).T
-        delta = -np.polyfit(w, c, 1)[0]
-        up, down = (
-            abs(np.trapezoid(force.clip(0), e))
-            for force, e in ((force[:top], e[:top]), (force[top:], e[top:]))
-        )
-        at, spent = f"mu {friction:g}", time.process_time() - begun
-        rows += [
-            ("nylon", "wale spacing c at rest [mm]", at, 3.93, c[0], spent),
-            ("nylon", "course spacing w at rest [mm]", at, 2.08, w[0], spent),
-            ("nylon", "w after a cycle over w at rest", at, np.nan, shapes[1, 1] / w[0], spent),
-            ("nylon", "delta, -dc / dw", at, 0.86, delta, spent),
-            ("nylon", "nu, delta w / c", at, 0.46, delta * w[0] / c[0], spent),
-            ("nylon", "work of loading over that of unloading", at, 3.8 / 0.8, up / down, spent),
-        ]
-    line, of = np.vstack(every) @ [1.0, 0.86], "c + 0.86 w of all shapes at rest"
-    rows.append(("nylon", f"{of}, mean [mm]", "", 3.93 + 0.86 * 2.08, line.mean(), spent))
-    rows.append(("nylon", f"{of}, range over mean", "", 0.0, np.ptp(line) / line.mean(), spent))
-    axes.set(xlabel="strain of nylon along wales", ylabel="force per width [N/m]")
-    axes.legend(fontsize=7)
-    return rows
-
-
-def main(names=("nylon", "jersey", "rib"), table=TABLE, picture=PICTURE):
+def main(names=("jersey", "rib"), table=TABLE, picture=PICTURE):
     """Run experiments by their names; write the rows of the table, and the picture of all that have run.
 
     Parameters
     ----------
     names : sequence of str
-        jersey, rib, nylon.
+        jersey, rib.
     table, picture : Path
         Files to write.
 
@@ -177,7 +132,7 @@ def main(names=("nylon", "jersey", "rib"), table=TABLE, picture=PICTURE):
     columns = ["experiment", "quantity", "parameter", "known", "here", "seconds"]
     parts = []
     for name, axes in zip(names, panels[0], strict=True):
-        rows = pd.DataFrame({"jersey": jersey, "rib": rib, "nylon": nylon}[name](axes), columns=columns)
+        rows = pd.DataFrame({"jersey": jersey, "rib": rib}[name](axes), columns=columns)
         parts.append(rows)
         print(rows.to_string(index=False), flush=True)
     every = pd.concat(parts, ignore_index=True)
@@ -187,4 +142,4 @@ def main(names=("nylon", "jersey", "rib"), table=TABLE, picture=PICTURE):
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:] or ("nylon", "jersey", "rib"))
+    main(sys.argv[1:] or ("jersey", "rib"))
