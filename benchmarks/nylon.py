@@ -165,10 +165,19 @@ def draw(states: pd.DataFrame) -> None:
     import matplotlib.pyplot as plt
 
     drawings = list(DRAWINGS)
-    figure, panels = plt.subplots(1, len(drawings), figsize=(8.4, 3.4), layout="constrained", sharey=True)
+    figure, panels = plt.subplots(
+        1, len(drawings), figsize=(8.4, 3.4), layout="constrained", sharex=True, sharey=True
+    )
+    colours = dict(zip(FRICTIONS, plt.rcParams["axes.prop_cycle"].by_key()["color"], strict=False))
     for drawing, axes in zip(drawings, panels, strict=True):
         for friction, history in states[states["drawing"] == drawing].groupby("friction"):
-            axes.plot(history["w [mm]"], history["force [mN]"], lw=1, label=f"friction {friction:g}")
+            axes.plot(
+                history["w [mm]"],
+                history["force [mN]"],
+                lw=1,
+                color=colours[friction],
+                label=f"friction {friction:g}",
+            )
         w = np.linspace(REST_W, (1 + TURNS[0]) * REST_W, 50)
         for (name, modulus), dash in zip(MODULI.items(), ("-", "--"), strict=True):
             axes.plot(
