@@ -178,13 +178,19 @@ class LineContact:
         self, state: BeamState, vectors: np.ndarray, history: LineHistory, slip: bool = False
     ) -> ActivePairs:
         """Return the pairs that touch, and their friction; where there is none, their slip only if asked for."""
-        near = self.pairs(state.position, vectors, near=True)
-        touches = near.distance < self.repulsion.between(near).diameter
-        pairs = near[touches]
+        pairs = self.pairs(state.position, vectors)
         past = history if slip or self.mu else LineHistory.none()
-        parted = near[~touches & np.isin(near.key, past.key, assume_unique=True)]
+        parted = self._parted(past, pairs, state.position, vectors)
         past = self._with_new_pairs(past, pairs)
         return ActivePairs(pairs, PairFriction.of(self.repulsion, self.mu, state, pairs, past, parted))
+
+    def _parted(
+        self, history: LineHistory, touching: PointPairs, position: np.ndarray, vectors: np.ndarray
+    ) -> PointPairs:
+        """Return the pairs of a history that do not touch any more, but are near each other."""
+        key = np.setdiff1d(history.key, touching.key, assume_unique=True)
+        near = self.pairs(position, vectors, near=True) if len(key) else touching
+        return near[np.flatnonzero(np.isin(near.key, key, assume_unique=True))]
 
     def loads(self, at: BeamState, vectors: np.ndarray, active: ActivePairs, second: bool = False) -> Loads:
         """Return the forces between pairs of points that touch."""
@@ -333,9 +339,7 @@ class LineContact:
         points = history.points
         if points is None:
             return history
-        new = pairs[np.isin(pairs.key, history.key, assume_unique=True, invert=True)]
-        if not len(new.key):
-            return history
+        new = pairs[np.flatnonzero(~np.isin(pairs.key, history.key, assume_unique=True))]
         position = points.position
         way = position[new.j] + new.image @ points.vectors - position[new.i]
         fresh = self.of_diameter(points.diameter)._unslipped(points, replace(new, way=way))

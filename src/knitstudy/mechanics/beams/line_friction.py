@@ -31,7 +31,6 @@ share of the order of the increment: 10 % where points slide by a sixth of their
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
@@ -162,20 +161,6 @@ class PairFriction(Chosen):
     left_behind: float  # energy lost by pairs that do not touch any more [J]
 
     @classmethod
-    @cache
-    def none(cls) -> PairFriction:
-        """Return the friction of no pairs."""
-        number = np.zeros(0, dtype=np.int64)
-        one = np.zeros(0)
-        vector = np.zeros((0, 3))
-        both = np.zeros((0, 2, 3))
-        square = np.zeros((0, 2, 3, 3))
-        return cls(
-            number, number, both, both, both, square, vector, one, one, one, one, number > 0, vector, one, one, one,
-            one, 0.0,
-        )  # fmt: skip
-
-    @classmethod
     def of(
         cls,
         law: Repulsion,
@@ -200,8 +185,6 @@ class PairFriction(Chosen):
         same = np.append(history.key, -1)[known] == pairs.key
         pair = np.flatnonzero(same)
         known = known[same]
-        if not len(pair):
-            return cls.none(), known
 
         def of_some(part: slice) -> PairFriction:
             return cls._of_known(law, mu, state, pairs[pair[part]], pair[part], history[known[part]])

@@ -243,8 +243,6 @@ def by_parts(
     [0, 1, 4, 9, 16]
     """
     slices = parts(count, size)
-    if len(slices) == 1:
-        return work(slices[0])
     results = share(lambda number: work(slices[number]), len(slices))
     if isinstance(results[0], tuple):
         return tuple(map(_joined, zip(*results, strict=True)))
